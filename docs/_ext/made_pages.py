@@ -10,6 +10,7 @@ import sys
 
 DOCS = pathlib.Path(__file__).resolve().parents[1]
 sys.path[:0] = [path for path in (str(DOCS.parent / "tests"), str(DOCS / "_ext")) if path not in sys.path]
+import band_tables  # noqa: E402  (docs/_ext/band_tables.py)
 import coverage_page  # noqa: E402  (docs/_ext/coverage_page.py)
 
 import book  # noqa: E402  (tests/book.py)
@@ -17,13 +18,13 @@ from evolvent_papers.laboratory import credibility  # noqa: E402
 
 
 def contents() -> dict[pathlib.Path, str]:
-    """The validation book, the statement of credibility that builds on it, and coverage of the truth."""
+    """The validation book, the statement of credibility that builds on it, coverage of the truth, laboratory tables."""
     made = {
         "validation.md": book.table(book.shipped()),
         "credibility.md": credibility.page(),
         "coverage.md": coverage_page.page(),
     }
-    return {DOCS / name: text.rstrip("\n") + "\n" for name, text in made.items()}
+    return {DOCS / name: text.rstrip("\n") + "\n" for name, text in made.items()} | band_tables.pages(DOCS)
 
 
 def changed() -> dict[pathlib.Path, str]:

@@ -20,6 +20,7 @@ import pytest
 from evolvent import cases
 from evolvent.design import studies
 from evolvent_base import cli
+from evolvent_papers import laboratory
 
 ROOT = pathlib.Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -137,6 +138,13 @@ def test_pages_made_from_numbers_are_those_numbers(monkeypatch: pytest.MonkeyPat
     """`python docs/_ext/made_pages.py` writes them."""
     monkeypatch.syspath_prepend(str(DOCS / "_ext"))
     assert importlib.import_module("made_pages").changed() == {}
+
+
+def test_every_set_of_measurements_has_a_page_that_states_its_bands(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.syspath_prepend(str(DOCS / "_ext"))
+    tables = importlib.import_module("band_tables")
+    named = [name for text in tables.pages(DOCS).values() for name in tables.sets_in(text)]
+    assert sorted(named) == sorted(laboratory.SETS)
 
 
 def test_links_to_examples_become_links_to_the_gallery(monkeypatch: pytest.MonkeyPatch):

@@ -464,7 +464,7 @@ def test_block_on_a_belt_is_caught_carried_and_let_go(book: Book) -> None:
     assert_allclose(history[middle], place + belt * (middle * h - caught), atol=2e-5)
     assert_allclose(x, reach + belt / omega, rtol=1e-3)
     book(
-        "Contact", "Block on a belt is let go (kernel, midpoint)", reference="place half a swing later",
+        "Contact", "Block on a belt is released (kernel, midpoint)", reference="place half a swing later",
         source="closed form", error=abs(x / (reach + belt / omega) - 1.0), allowed=1e-3,
     )  # fmt: skip
 

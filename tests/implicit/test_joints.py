@@ -205,7 +205,7 @@ def test_release_is_on_time(options: dict[str, float], book: Book) -> None:
     assert np.abs(solution.la[2:]).max() == 0.0
     value = next(iter(options.values()))
     book(
-        "Rigid bodies", f"Pendulum let go: ballistic flight (generalized-alpha, {', '.join(options)} {value:g})",
+        "Rigid bodies", f"Pendulum released: ballistic flight (generalized-alpha, {', '.join(options)} {value:g})",
         reference="parabola from the instant of release", source="closed form",
         error=np.abs(solution.y[2:, :3] - expected).max(), allowed=1e-7, unit="m",
     )  # fmt: skip

@@ -13,6 +13,7 @@ import pytest
 from evolvent_base.answer import Table
 from evolvent_base.errors import InputError
 from evolvent_massprops import torsion_rig
+from evolvent_massprops.torsion_rig import adjustment
 from massprops import rig
 
 EXAMPLE, PLAN = rig.EXAMPLES / "torsion.yaml", rig.EXAMPLES / "plan-torsion.yaml"
@@ -37,12 +38,15 @@ def swing_period(length: float) -> float:
     return 2.0 * math.pi * math.sqrt((NORMAL + MASS * length**2) / (MASS * GRAVITY * length))
 
 
-def made(degrees: list[float], factor: dict[int, float] | None = None, **remounting: Any) -> dict[str, Any]:
+def made(
+    degrees: list[float], factor: dict[int, float] | None = None, tensor: tuple[float, float, float] = TENSOR,
+    **remounting: Any,
+) -> dict[str, Any]:  # fmt: skip
     """A description of exact readings; moments of some orientations are off by a factor."""
     listed = []
     for k, one in enumerate(degrees):
         a = math.radians(one)
-        moment = moment_of(a) * (factor or {}).get(k, 1.0)
+        moment = moment_of(a, tensor) * (factor or {}).get(k, 1.0)
         distance = CENTRE[0] * math.sin(a) + CENTRE[1] * math.cos(a)
         period = torsion_period(moment)
         listed.append({
@@ -207,14 +211,41 @@ def test_planted_records_of_drawn_measurements_are_named() -> None:
         assert found.moments.alarm
         assert found.wrong in ((), (one["name"],))
         named += found.wrong == (one["name"],)
-    assert named >= 16
+    assert named >= 19
 
 
-def test_two_wrong_records_of_seven() -> None:
+@pytest.mark.parametrize("factor", [{1: 1.3, 4: 0.7}, {0: 1.25, 1: 1.25}])
+def test_two_wrong_records_of_seven(factor: dict[int, float]) -> None:
+    """Also where two neighbours are wrong alike, so that single tests of the records hide them."""
     degrees = [5.0, 31.0, 57.0, 83.0, 109.0, 135.0, 161.0]
-    found = torsion_rig.evaluate(made(degrees, {1: 1.3, 4: 0.7}, moment=0.003, angle="1 deg"))
-    assert found.wrong == ("A2", "A5")
+    found = torsion_rig.evaluate(made(degrees, factor, moment=0.003, angle="1 deg"))
+    assert found.wrong == tuple(f"A{k + 1}" for k in factor)
     assert found["Ixz"] == pytest.approx(TENSOR[1], rel=1e-6)
+
+
+def test_a_masked_record_is_named_with_the_orientation_that_is_missing() -> None:
+    """A fork in five orientations, two of which are 6.6 deg apart: a moment 270 % off may be that of three records.
+
+    In the orientation that the warning asks for, the wrong record is named alone.
+    """
+    degrees, slender = [72.6, 156.2, 127.6, 20.9, 121.0], (0.0946, 0.0037, 0.0214)
+    options: dict[str, Any] = {"tensor": slender, "moment": 0.003, "angle": "1 deg"}
+    found = torsion_rig.evaluate(made(degrees, {0: 1.0 / 3.7}, **options))
+    judged = found.moments
+    assert judged is not None
+    assert found.wrong == ()
+    assert sorted(judged.suspects) == [(0,), (1,), (3,)]
+    missing = adjustment.deciding(judged)
+    assert missing is not None
+    assert f"what is missing is an orientation near {missing.angle:.0f} deg: it has " in found.warnings[0]
+    expected = moment_of(math.radians(missing.angle), slender)
+    assert missing.moments[judged.suspects.index((0,))] == pytest.approx(expected, rel=1e-6)
+    assert missing.apart > 5.0
+    found = torsion_rig.evaluate(made([*degrees, missing.angle], {0: 1.0 / 3.7}, **options))
+    assert found.wrong == ("A1",)
+    assert "270.0 % off the " in found.warnings[0]
+    for key, value in zip(("Ixx", "Ixz", "Izz"), slender, strict=True):
+        assert found[key] == pytest.approx(value, rel=1e-5)
 
 
 def test_what_too_few_records_cannot_tell() -> None:

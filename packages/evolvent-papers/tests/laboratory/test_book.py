@@ -93,9 +93,9 @@ def test_all_sets_and_their_coverage(call, tmp_path, monkeypatch) -> None:
     assert code == 1
     assert "goals are missed: b: x" in err
     lines = [line.split() for line in out.splitlines()]
-    assert lines[1] == ["a", "1", "of", "1", "1", "of", "1", "-"]
-    assert lines[2] == ["b", "0", "of", "1", "1", "of", "1", "x"]
-    assert lines[3][:3] == ["c", "-", "-"]
+    assert lines[1] == ["a", "1", "of", "1", "1", "of", "1", "100", "not", "stated", "-"]
+    assert lines[2] == ["b", "0", "of", "1", "1", "of", "1", "100", "not", "stated", "x"]
+    assert lines[3][:4] == ["c", "-", "-", "-"]
     assert "1 of 2 goals are met; 2 of 2 differences are within their bands of 95 %" in out
     written = json.loads((tmp_path / "all.json").read_text())
     assert (written["goals_met"], written["covered"]) == ([1, 2], [2, 2])

@@ -50,7 +50,9 @@ def test_levels_follow_from_the_evidence() -> None:
     outside = Compared(name="c", title="", differences=10, within=8, stored=True)
     none = Compared(name="d", title="")
     alone = Compared(name="e", title="", stored=True)
-    assert [one.validated for one in (good, missed, outside, none, alone)] == [True, False, False, False, False]
+    widened = Compared(name="f", title="", goals=2, met=2, differences=10, within=10, stored=True, blind=False)
+    others = (missed, outside, none, alone, widened)
+    assert [one.validated for one in (good, *others)] == [True] + 5 * [False]
     assert credibility.validation_level([none]) == 0
     assert credibility.validation_level([good, missed, outside, none]) == 1
     assert credibility.validation_level([good, good]) == 2

@@ -7,13 +7,13 @@ import functools
 import itertools
 import math
 from collections.abc import Sequence
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import scipy
 
 from evolvent_base.errors import InputError
-from evolvent_massprops.torsion_rig.equations import Centre, Equation, Moments
+from evolvent_massprops.torsion_rig.equations import Centre, Equation, Moments, directions
 
 Problem: TypeAlias = Moments | Centre
 
@@ -155,18 +155,18 @@ class Fit:
         squares, weights = (0.5 * deviation[known]) ** 2, 1.0 / std[known] ** 2
         return math.sqrt(float(squares.mean())), math.sqrt(float(squares @ weights / weights.sum()))
 
-    @property
-    def deviance(self) -> float:
+    def deviance(self, squares: float = 1.0) -> float:
         """Twice the negative logarithm of the likelihood, up to a constant.
+
+        Parameters
+        ----------
+        squares : float, 1 or more, by which the variances of all records are multiplied
 
         Notes
         -----
-        Uncertainties may be too small by one factor s, 1 or more, which the residuals state; a record that is left out
-        counts with a deviation of its own.
+        A record that is left out counts with a deviation of its own.
         """
-        squares = max(1.0, self.scatter**2) if self.redundancy > 0 else 1.0
-        n = self.used.size
-        return self.chi2 / squares + n * math.log(squares) + float(np.sum(np.log(np.diag(self.variance))))
+        return self.chi2 / squares + float(np.sum(np.log(np.diag(self.variance))))
 
 
 def fit(of: Problem, used: np.ndarray | None = None) -> Fit:
@@ -280,8 +280,10 @@ def judge(of: Problem, false_alarms: float) -> Judged:
     -----
     An alarm needs a record that deviates from what the others predict by more than the critical value, or a sum of
     squares above its own, each at half the rate of false alarms. Then every set of one, two or three records is left
-    out that leaves a redundancy. Each record more must make the others a hundred times likelier, and one set is called
-    wrong where all others of as many records are a hundred times less likely.
+    out that leaves a redundancy, so that wrong records do not hide one another. Each record more must make the others a
+    hundred times likelier, and one set is called wrong where all others of as many records are a hundred times less
+    likely. All are compared at the scatter of the records that agree best: that which their uncertainties state where
+    they agree within them, else a larger one.
     """
     every = fit(of)
     deviation, std = every.left_out
@@ -295,15 +297,21 @@ def judge(of: Problem, false_alarms: float) -> Judged:
         return sound
     candidates = np.flatnonzero(tested)
     if every.redundancy == 1:
-        tried = _left_out(of, candidates, 1)
+        tried = sorted(_left_out(of, candidates, 1), key=lambda one: one[0].deviance())
         return Judged(every, every, True, (), tuple(out for _, out in tried), tuple(one for one, _ in tried), critical)
     best, likely, count = every, list[tuple[Fit, tuple[int, ...]]](), 0
     for more in range(1, min(every.redundancy, _TOGETHER + 1)):
         tried = _left_out(of, candidates, more)
-        if tried and tried[0][0].deviance < best.deviance - RULED_OUT * (more - count):
+        if not tried:
+            continue
+        least, _ = min(tried, key=lambda one: one[0].deviance())
+        squares = 1.0 if _agree(least, false_alarms) else least.scatter**2
+        tried.sort(key=lambda one: one[0].deviance(squares))
+        smallest = tried[0][0].deviance(squares)
+        if smallest < best.deviance(squares) - RULED_OUT * (more - count):
             best, count = tried[0][0], more
-            likely = [(one, out) for one, out in tried if one.deviance < best.deviance + RULED_OUT]
-        if best.chi2 <= scipy.stats.chi2.isf(0.5 * false_alarms, best.redundancy):
+            likely = [(one, out) for one, out in tried if one.deviance(squares) < smallest + RULED_OUT]
+        if _agree(best, false_alarms):
             break
     one_set = len(likely) == 1
     return Judged(
@@ -312,8 +320,13 @@ def judge(of: Problem, false_alarms: float) -> Judged:
     )  # fmt: skip
 
 
+def _agree(one: Fit, false_alarms: float) -> bool:
+    """Whether records agree within their uncertainties."""
+    return bool(one.chi2 <= scipy.stats.chi2.isf(0.5 * false_alarms, one.redundancy))
+
+
 def _left_out(of: Problem, candidates: Sequence[int] | np.ndarray, count: int) -> list[tuple[Fit, tuple[int, ...]]]:
-    """Fits without each set of so many records, the likeliest first."""
+    """Fits without each set of so many records."""
     found = []
     for out in itertools.combinations([int(k) for k in candidates], count):
         used = np.ones(len(of.equations), dtype=bool)
@@ -322,4 +335,51 @@ def _left_out(of: Problem, candidates: Sequence[int] | np.ndarray, count: int) -
             found.append((fit(of, used), out))
         except InputError:
             continue
-    return sorted(found, key=lambda one: one[0].deviance)
+    return found
+
+
+# ------------------------------------------------------------------------------------------------ what would tell
+
+
+class Deciding(NamedTuple):
+    """A further orientation by which suspects are told apart.
+
+    Attributes
+    ----------
+    angle : float, degrees, modulo 180
+    moments : tuple of float, kg m2, that it has if each of the suspects is wrong
+    apart : float, smallest difference of two of them, in standard uncertainties
+    """
+
+    angle: float
+    moments: tuple[float, ...]
+    apart: float
+
+
+def deciding(judged: Judged) -> Deciding | None:
+    """The orientation in which the moments by all alternatives differ most; None where nothing is to be told apart.
+
+    Notes
+    -----
+    The smallest difference of two alternatives is the largest there, over the uncertainty of the less certain one and
+    of a record that is read and mounted like the others.
+    """
+    of = judged.every.of
+    if len(judged.alternatives) < 2 or not isinstance(of, Moments) or of.round:
+        return None
+    angle = np.radians(np.arange(0.0, 180.0))
+    G, slope = directions(angle), (directions(angle + 1e-4) - directions(angle - 1e-4)) / 2e-4
+    std, at, name = of.inputs.std, of.inputs.place, of.equations[0].name
+    turned, share = math.hypot(std[at[f"{name}.angle"]], std[at[f"{name}.tilt"]]), std[at[f"{name}.moment"]]
+    moments = np.stack([G @ one.values for one in judged.alternatives])
+    squares = np.stack([
+        np.einsum("ni,ij,nj->n", G, one.own_covariance, G)
+        + (turned * (slope @ one.values)) ** 2 + (share * (G @ one.values)) ** 2
+        for one in judged.alternatives
+    ])  # fmt: skip
+    apart = np.min([
+        np.abs(moments[i] - moments[k]) / np.sqrt(np.maximum(squares[i], squares[k]))
+        for i, k in itertools.combinations(range(len(moments)), 2)
+    ], axis=0)  # fmt: skip
+    best = int(np.argmax(apart))
+    return Deciding(float(best), tuple(float(x) for x in moments[:, best]), float(apart[best]))

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from evolvent_massprops.rounding import rounded, shown
-from evolvent_massprops.torsion_rig.adjustment import Fit, Judged, listed
+from evolvent_massprops.torsion_rig.adjustment import Fit, Judged, deciding, fit, listed
 from evolvent_massprops.torsion_rig.equations import Centre, Moments, directions
 
 
@@ -37,7 +37,7 @@ def of_judged(judged: Judged, widened: bool) -> tuple[list[str], list[str]]:
         warnings.append(
             f"the {what} contradict one another by {_worst(every):.1f} standard uncertainties "
             f"({judged.critical:.1f} allowed), so that a record is wrong; {every.used.sum()} records cannot tell "
-            f"which, one more would: none is left out; {_alternatives(judged)}"
+            f"which, one more would: none is left out; {_alternatives(judged)}{_telling(judged)}"
         )
     elif judged.suspects:
         best = judged.suspects[0]
@@ -46,7 +46,8 @@ def of_judged(judged: Judged, widened: bool) -> tuple[list[str], list[str]]:
         warnings.append(
             f"the {what} contradict one another by {_worst(every):.1f} standard uncertainties "
             f"({judged.critical:.1f} allowed): {others} is wrong, which the records cannot tell, and none is left out; "
-            f"{_alternatives(judged)}; the others agree best without {_names(every, best)}"
+            f"{_alternatives(judged)}; the others agree best without {_names(every, best)}{_no_suspect(judged)}"
+            f"{_telling(judged)}"
         )
     else:
         warnings.append(
@@ -150,8 +151,45 @@ def _alternatives(judged: Judged) -> str:
     return f"off what all others predict: {', '.join(parts)}"
 
 
+def _no_suspect(judged: Judged) -> str:
+    """That a record which is far off explains nothing: without it the others contradict one another as before."""
+    every, suspects = judged.every, {k for group in judged.suspects for k in group}
+    deviation, std = every.left_out
+    others = [k for k in np.flatnonzero(np.isfinite(deviation)) if k not in suspects]
+    relative = {int(k): abs(float(deviation[k] / every.measured[k])) for k in others if every.measured[k] != 0.0}
+    far = {k: share for k, share in relative.items() if abs(deviation[k]) > judged.critical * std[k]}
+    if not far:
+        return ""
+    k = max(far, key=lambda one: far[one])
+    rest = every.used.copy()
+    rest[k] = False
+    without = fit(every.of, rest)
+    if without.redundancy < 1:
+        return ""
+    name = every.equations[k].name
+    return (
+        f"; {name} alone does not explain it: without {name} the others still contradict one another by "
+        f"{_worst(without):.1f} standard uncertainties"
+    )
+
+
+def _telling(judged: Judged) -> str:
+    """The orientation that is missing, by which suspects would be told apart; '' where there is none."""
+    found = deciding(judged)
+    if found is None:
+        return ""
+    moments = ", ".join(
+        f"{moment:.3g} kg m² without {_names(judged.every, out)}"
+        for moment, out in zip(found.moments, judged.suspects, strict=True)
+    )
+    return (
+        f"; what is missing is an orientation near {found.angle:.0f} deg: it has {moments}, {found.apart:.1f} standard "
+        "uncertainties apart or more"
+    )
+
+
 def _worst(one: Fit) -> float:
-    deviation, std = one.left_out
+    deviation, std = (row[one.used] for row in one.left_out)
     return float(np.nanmax(np.abs(deviation) / std))
 
 

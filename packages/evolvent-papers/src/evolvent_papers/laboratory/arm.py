@@ -31,7 +31,7 @@ from evolvent_base import progress
 from evolvent_base.errors import InputError, RunFailed
 from evolvent_base.figures import Figure, Line, Panel, stacked
 from evolvent_papers.laboratory import book, tables
-from evolvent_papers.laboratory.book import Array, Band, Comparison, NoSettings, Set, Verdict, rms
+from evolvent_papers.laboratory.book import Array, Band, Budget, Comparison, Contribution, NoSettings, Set, Verdict, rms
 
 SOURCE = (
     "public repository dfki-ric-underactuated-lab/torque_limited_simple_pendulum, folder results, commit ed17ea2; "
@@ -429,9 +429,23 @@ def _figure(swing: Record, pieces: Sequence[Piece], predicted: Sequence[Array], 
     return Figure(name="driven-arm", title=title, panels=panels, height=stacked(len(panels)))
 
 
+BUDGET = Budget(contributions=(
+    Contribution(name="resolution", kind="measurement", size="that of the angle", source="the steps of the record"),
+    Contribution(
+        name="start", kind="measurement", size="of angle and rate at the start of a piece", source="fit to its samples",
+    ),
+    Contribution(
+        name="torque that no motion explains", kind="measurement", size="its share in the fitted record",
+        source="the other record",
+    ),
+    Contribution(
+        name="fit", kind="parameters", size="covariance of the fit, residuals correlated", source="the other record",
+    ),
+    Contribution(name="tolerance", kind="numerics", size="change by a hundredth of it", source="computed"),
+))  # fmt: skip
 SETS = {
     "driven-arm": Set(
         name="driven-arm", title="Motion and torque of a motor-driven arm with joint friction", source=SOURCE,
-        Settings=NoSettings, run=run,
+        Settings=NoSettings, run=run, budget=BUDGET,
     ),
 }  # fmt: skip

@@ -14,35 +14,11 @@ from evolvent_base.errors import InputError
 from evolvent_base.figures import Figure
 from evolvent_base.schema import Section
 from evolvent_base.showing import Shown
+from evolvent_papers.laboratory.bands import COVERED, Band as Band, Budget as Budget, Contribution as Contribution
 
 Array = np.ndarray
-#: Half width of a band of 95 %, in standard deviations.
-COVER = 1.96
 #: Smallest eigenvalue of a fit's normal matrix over the largest, below which the data say nothing of a direction.
 LEAST = 1e-10
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Band:
-    """Standard uncertainties of the difference between prediction and measurement, stated before they are compared.
-
-    Attributes
-    ----------
-    measurement : float, of the measured values
-    parameters : float, of the prediction by what the model takes from elsewhere
-    numerics : float, of the prediction by steps, meshes and tolerances
-    how : str, where each of them is from
-    """
-
-    measurement: float
-    parameters: float
-    numerics: float
-    how: str = ""
-
-    @property
-    def half_width(self) -> float:
-        """Half width of the band of 95 %."""
-        return COVER * math.sqrt(self.measurement**2 + self.parameters**2 + self.numerics**2)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -89,6 +65,10 @@ class Comparison:
         return not (self.compared and math.isfinite(self.allowed)) or abs(self.difference) <= self.allowed
 
 
+class NoSettings(Section):
+    """Of a set without keys."""
+
+
 @dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
 class Verdict(Shown):
     """What a set says.
@@ -99,22 +79,39 @@ class Verdict(Shown):
     figures : tuple of Figure
     notes : tuple of str, sentences on what was done and what a reader must know
     of : Set, to which it belongs; set by `Set.validate`, None before
+    settings : Section, by which it was found; set by `Set.validate`
     """
 
     comparisons: tuple[Comparison, ...]
     figures: tuple[Figure, ...]
     notes: tuple[str, ...] = ()
     of: Set | None = None
+    settings: Section = dataclasses.field(default_factory=NoSettings)
 
     named, endings = "verdicts", (".json",)
 
     def answer(self) -> an.Answer:
         """The comparisons, a row each, figures, notes, and a file."""
         title = "Set of measurements" if self.of is None else self.of.title
+        stated = []
+        if self.budget is not None:
+            stated.append(an.Section(title="Bands", blocks=[self.budget_table(), self.budget.text]))
         return an.Answer(
-            title=title, sections=[an.Section(title="", blocks=[table(self), *self.figures])],
+            title=title, sections=[*stated, an.Section(title="", blocks=[table(self), *self.figures])],
             notes=[*self.notes, self.text], files={"verdict.json": lambda: an.as_json(content(self))},
         )  # fmt: skip
+
+    @property
+    def budget(self) -> Budget | None:
+        """What the bands contain."""
+        return None if self.of is None else self.of.budget
+
+    def budget_table(self) -> an.Table:
+        """Contributions to the bands, a row each, with their shares of the variance."""
+        assert self.budget is not None
+        rows = self.budget.rows(self.settings, [one.band for one in self.comparisons])
+        heads = ("a band contains", "as", "standard uncertainty", "source", "share of its square, %")
+        return an.Table(heads=heads, rows=rows, words=4)
 
     @property
     def missed(self) -> list[Comparison]:
@@ -155,6 +152,7 @@ class Set:
     run : function of the settings, and of a folder or file with measurements of the same form (None for those of the
         package), to the verdict
     needs : str, where measurements that the package does not hold are published; empty where it holds them
+    budget : Budget, what the bands contain, of every set of the package
     """
 
     name: str
@@ -163,6 +161,17 @@ class Set:
     Settings: type[Section]
     run: Callable[[Any, str | None], Verdict]
     needs: str = ""
+    budget: Budget | None = None
+
+    @property
+    def blind(self) -> bool:
+        """Whether the coverage of its bands is a test."""
+        return self.budget is not None and self.budget.blind
+
+    @property
+    def marked(self) -> str:
+        """When its bands were fixed, in few words."""
+        return "not stated" if self.budget is None else self.budget.marked
 
     def validate(self, overrides: Mapping[str, Any] | None = None, data: str | None = None) -> Verdict:
         """Predict and compare.
@@ -183,7 +192,12 @@ class Set:
             raise InputError(str(error).replace(f"{self.Settings.__name__}.", "")) from None
         if self.needs and data is None:
             raise InputError(f"{self.name} needs --data FOLDER: {self.needs}")
-        return dataclasses.replace(self.run(settings, data), of=self)
+        found = dataclasses.replace(self.run(settings, data), of=self, settings=settings)
+        unstated = [] if self.budget is None else self.budget.unstated([one.band for one in found.comparisons])
+        if unstated:
+            named = ", ".join(unstated)
+            raise ValueError(f"{self.name}: the budget does not state what bands contain as {named}")
+        return found
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -206,20 +220,37 @@ class Verdicts(Shown):
 
     @property
     def missed_goals(self) -> list[str]:
-        """What does not meet its goal, in words, with the names of sets."""
-        return [f"{of.name}: {goal}" for of, one in self.found.items() if one for goal in one.missed_goals]
+        """What does not meet its goal, in words, with the names of sets; coverage last."""
+        found = [f"{of.name}: {goal}" for of, one in self.found.items() if one for goal in one.missed_goals]
+        return found if self.covers else [*found, self.coverage_text]
+
+    @property
+    def covers(self) -> bool:
+        """Whether the share of differences within their bands is that of bands of 95 %, to the next whole number."""
+        inside, count = self.totals[1]
+        return math.floor(COVERED[0] * count) <= inside <= math.ceil(COVERED[1] * count)
+
+    @property
+    def coverage_text(self) -> str:
+        """The coverage over all sets beside its goal, in words."""
+        wanted = f"wanted {100 * COVERED[0]:.0f} to {100 * COVERED[1]:.0f} %"
+        return f"coverage of the bands of all sets: {_percent(self.totals[1])} %, {wanted}"
 
     @property
     def totals(self) -> tuple[tuple[int, int], tuple[int, int]]:
         """Goals that are met of all, and differences within their bands of all."""
-        both = [(one.goals, one.coverage) for one in self.compared]
+        return self.totals_of(blind=False)
+
+    def totals_of(self, *, blind: bool) -> tuple[tuple[int, int], tuple[int, int]]:
+        """Goals that are met of all, and differences within bands of all; of all sets, or of those not widened."""
+        both = [(one.goals, one.coverage) for of, one in self.found.items() if one and (of.blind or not blind)]
         goals, coverage = ((sum(p[k][0] for p in both), sum(p[k][1] for p in both)) for k in (0, 1))
         return goals, coverage
 
     def answer(self) -> an.Answer:
         """Sets, a row each, the counts over all, and a file."""
         sections = [an.Section(title="", blocks=[self._overview()])]
-        notes = [sentence(*self.totals)]
+        notes = [sentence(*self.totals), self.coverage_text]
         return an.Answer(
             title="Sets of measurements", sections=sections, notes=notes,
             files={"verdict.json": lambda: an.as_json(self._content())},
@@ -230,25 +261,24 @@ class Verdicts(Shown):
         rows = list[tuple[str, ...]]()
         for of, one in self.found.items():
             if one is None:
-                rows.append((of.name, "-", "-", "no measurements: needs --data FOLDER"))
+                rows.append((of.name, "-", "-", "-", of.marked, "no measurements: needs --data FOLDER"))
                 continue
             missed = "; ".join(each.what for each in one.missed) or "-"
-            rows.append((of.name, *(f"{a} of {b}" for a, b in (one.goals, one.coverage)), missed))
-        rows.append(("all", *(f"{a} of {b}" for a, b in self.totals), ""))
-        return an.Table(heads=("set", "goals met", "within their bands", "missed"), rows=rows)
+            rows.append((of.name, *_counted(one.goals, one.coverage), of.marked, missed))
+        rows.append(("all", *_counted(*self.totals), "", ""))
+        rows.append(("bands fixed before", *_counted(*self.totals_of(blind=True)), "", ""))
+        heads = ("set", "goals met", "within their bands", "%", "bands", "missed")
+        return an.Table(heads=heads, rows=rows)
 
     def _content(self) -> dict[str, Any]:
         """The sets with their comparisons, and the counts over all, for JSON."""
         goals, coverage = self.totals
         return {
             "verdict": sentence(goals, coverage), "goals_met": list(goals), "covered": list(coverage),
+            "covered_with_bands_fixed_before": list(self.totals_of(blind=True)[1]), "covers": self.covers,
             "sets": [content(one) for one in self.compared],
             "without_measurements": [of.name for of, one in self.found.items() if one is None],
         }  # fmt: skip
-
-
-class NoSettings(Section):
-    """Of a set without keys."""
 
 
 # ------------------------------------------------------------------------------------------------ uncertainty
@@ -338,6 +368,16 @@ def sentence(goals: tuple[int, int], coverage: tuple[int, int]) -> str:
     return f"{met}{coverage[0]} of {coverage[1]} differences are within their bands of 95 %"
 
 
+def _percent(counts: tuple[int, int]) -> str:
+    """A share in percent; '-' of none."""
+    return f"{100.0 * counts[0] / counts[1]:.0f}" if counts[1] else "-"
+
+
+def _counted(goals: tuple[int, int], coverage: tuple[int, int]) -> tuple[str, str, str]:
+    """Goals that are met, differences within their bands, and the share of these in percent."""
+    return f"{goals[0]} of {goals[1]}", f"{coverage[0]} of {coverage[1]}", _percent(coverage)
+
+
 def table(found: Verdict) -> an.Table:
     """The comparisons, a row each."""
     heads = ("what", "predicted", "measured", "difference", "band, 95 %", "goal", "verdict")
@@ -359,7 +399,9 @@ def table(found: Verdict) -> an.Table:
 def content(found: Verdict) -> dict[str, Any]:
     """A set with its comparisons, for JSON."""
     of = found.of
-    stated = {} if of is None else {"set": of.name, "title": of.title, "source": of.source}
+    stated: dict[str, Any] = {} if of is None else {"set": of.name, "title": of.title, "source": of.source}
+    if found.budget is not None:
+        stated["band"] = found.budget.content(found.settings)
     return {
         **stated, "verdict": found.text, "notes": list(found.notes),
         "comparisons": [
@@ -369,7 +411,7 @@ def content(found: Verdict) -> dict[str, Any]:
                 "difference": one.difference if one.compared else None, "half_width": one.band.half_width,
                 "uncertainty": {
                     "measurement": one.band.measurement, "parameters": one.band.parameters,
-                    "numerics": one.band.numerics, "how": one.band.how,
+                    "numerics": one.band.numerics, "how": one.band.how, "contributions": dict(one.band.shares),
                 },
                 "covered": one.covered, "goal": one.goal, "meets": one.meets,
                 "allowed": one.allowed if math.isfinite(one.allowed) else None,

@@ -18,7 +18,7 @@ from evolvent_base.errors import InputError, nearest
 from evolvent_base.figures import Figure, Line, Panel, stacked
 from evolvent_base.schema import Section
 from evolvent_papers.laboratory import tables
-from evolvent_papers.laboratory.book import Array, Band, Comparison, Set, Verdict
+from evolvent_papers.laboratory.book import Array, Budget, Comparison, Contribution, Set, Verdict
 from evolvent_papers.laboratory.clamped import Clamped, Deviation, G
 
 SOURCE = (
@@ -29,6 +29,20 @@ SOURCE = (
 LENGTH, PLACE = 0.55, 0.5
 #: Goal: largest difference, parts of the length.
 GOAL = 0.03
+ASSUMED = "assumed, the source states none"
+BUDGET = Budget(contributions=(
+    Contribution(
+        name="reading", kind="measurement", size="{reading_deviation:g} m", source="assumed, of a plot that was read",
+    ),
+    Contribution(name="stiffness", kind="parameters", size="{stiffness_deviation:.1%} of all of it", source=ASSUMED),
+    Contribution(
+        name="own weight", kind="parameters", size="all of {mass_per_length:g} kg/m, which the prediction lacks",
+        source="estimated, the source states no mass",
+    ),
+    Contribution(
+        name="mesh", kind="numerics", size="change by half the length of elements", source="computed",
+    ),
+))  # fmt: skip
 #: Displacements of the table: component along x, y or z, and its sign.
 DISPLACEMENTS = {"-u1": (0, -1.0), "u2": (1, 1.0), "-u3": (2, -1.0)}
 #: Stiffness of each strip: its diagonal, and entries off it by their places, counted from 0; N, N m and N m2.
@@ -67,7 +81,7 @@ def run(settings: Settings, data: str | None) -> Verdict:
     """Predict the displacements of every strip by every weight, with their bands, and compare."""
     rows = _checked(tables.rows_of(tables.stored("composite-strips.csv"), data, measured=("value_m",),
                                    words=("displacement",)))  # fmt: skip
-    found: dict[tuple[int, float, float], tuple[Array, Array, Array]] = {}
+    found: dict[tuple[int, float, float], tuple[Array, ...]] = {}
     loaded = sorted({(int(row["beam"]), row["root_deg"], row["weight_g"]) for row in rows})
     for strip, root, grams in progress.track(loaded, "predicting"):
         model = Clamped(
@@ -77,15 +91,13 @@ def run(settings: Settings, data: str | None) -> Verdict:
             1e-3 * grams * G, PLACE, {"stiffness": model.stiffness * (1.0 - settings.stiffness_deviation)},
             {"own_weight": settings.mass_per_length * G}, {"elements": 2 * settings.elements},
         )  # fmt: skip
-        found[strip, root, grams] = base, np.hypot(by_stiffness, by_weight), np.abs(by_mesh)
+        found[strip, root, grams] = base, *map(np.abs, (by_stiffness, by_weight, by_mesh))
     comparisons = []
     for row in rows:
-        predicted, parameters, numerics = found[int(row["beam"]), row["root_deg"], row["weight_g"]]
+        predicted, *changes = found[int(row["beam"]), row["root_deg"], row["weight_g"]]
         axis, sign = DISPLACEMENTS[row["displacement"]]
-        band = Band(
-            measurement=settings.reading_deviation, parameters=float(parameters[axis]), numerics=float(numerics[axis]),
-            how="reading off a plot; stiffness and own weight; half the length of elements",
-        )  # fmt: skip
+        sizes = (settings.reading_deviation, *(float(one[axis]) for one in changes))
+        band = BUDGET.band(dict(zip((one.name for one in BUDGET.contributions), sizes, strict=True)))
         comparisons.append(
             Comparison(
                 what=f"strip {row['beam']:g}, root {row['root_deg']:g} deg, {row['weight_g']:g} g, "
@@ -141,6 +153,6 @@ def _figure(rows: Sequence[dict[str, Any]], comparisons: Sequence[Comparison]) -
 SETS = {
     "composite-strips": Set(
         name="composite-strips", title="Large deflection of composite strips by weights at their tips",
-        source=SOURCE, Settings=Settings, run=run,
+        source=SOURCE, Settings=Settings, run=run, budget=BUDGET,
     )
 }  # fmt: skip

@@ -21,7 +21,7 @@ from evolvent_base.errors import InputError, RunFailed
 from evolvent_base.figures import Figure, Line, Panel, stacked
 from evolvent_base.schema import Section
 from evolvent_papers.laboratory import tables
-from evolvent_papers.laboratory.book import Array, Band, Comparison, Set, Verdict
+from evolvent_papers.laboratory.book import Array, Band, Budget, Comparison, Contribution, Set, Verdict
 from evolvent_papers.laboratory.clamped import Deviation
 
 SOURCE = (
@@ -193,9 +193,23 @@ def _figure(predicted: dict[tuple[float, int], Array], measured: dict[tuple[floa
     return Figure(name="rotating-beam", title=title, panels=panels, height=stacked(3))
 
 
+ASSUMED = "assumed, the source states none"
+BUDGET = Budget(contributions=(
+    Contribution(
+        name="reading", kind="measurement", size="0.1 Hz and 1 % of a frequency", source=f"digits listed; {ASSUMED}",
+    ),
+    Contribution(
+        name="stiffness", kind="parameters", size="{stiffness_deviation:.1%} of that over mass", source=ASSUMED,
+    ),
+    Contribution(name="clamp", kind="parameters", size="{root_deviation:.3g} m of its radius", source=ASSUMED),
+    Contribution(name="speed", kind="parameters", size="{speed_deviation:.1%} of it", source=ASSUMED),
+    Contribution(
+        name="mesh", kind="numerics", size="change by half the length of elements", source="computed",
+    ),
+))  # fmt: skip
 SETS = {
     "rotating-beam": Set(
         name="rotating-beam", title="Flap modes of a rotating beam with a swept tip", source=SOURCE, Settings=Settings,
-        run=run,
+        run=run, budget=BUDGET,
     )
 }  # fmt: skip

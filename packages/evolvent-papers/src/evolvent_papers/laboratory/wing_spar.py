@@ -14,7 +14,7 @@ from evolvent_base import progress, units
 from evolvent_base.figures import Figure, Line, Panel, stacked
 from evolvent_base.schema import Section
 from evolvent_papers.laboratory import tables
-from evolvent_papers.laboratory.book import Band, Comparison, Set, Verdict
+from evolvent_papers.laboratory.book import Budget, Comparison, Contribution, Set, Verdict
 from evolvent_papers.laboratory.clamped import Clamped, Deviation, G
 
 SOURCE = (
@@ -27,6 +27,16 @@ MEASURED = b"""mass_kg,deflection_percent
 """
 #: Goal: largest difference, parts of the length.
 GOAL = 0.02
+ASSUMED = "assumed, the source states none"
+BUDGET = Budget(contributions=(
+    Contribution(
+        name="reading", kind="measurement", size="{reading_deviation:.1%} of the length", source=ASSUMED,
+    ),
+    Contribution(name="bending stiffness", kind="parameters", size="{stiffness_deviation:.1%} of it", source=ASSUMED),
+    Contribution(
+        name="mesh", kind="numerics", size="change by half the length of elements", source="computed",
+    ),
+))  # fmt: skip
 #: Stiffness against extension and shear, N, and of bending across, N m2, beside which the spar bends alone.
 STIFF = 1e7
 
@@ -65,12 +75,10 @@ def run(settings: Settings, data: str | None) -> Verdict:
     for row in progress.track(rows, "predicting"):
         weight = row["mass_kg"] * G
         predicted, (by_stiffness, by_mesh) = model.predicted(weight, L, {"stiffness": softer}, {"elements": finer})
-        band = Band(
-            measurement=100.0 * settings.reading_deviation,
-            parameters=100.0 / L * abs(float(by_stiffness[2])),
-            numerics=100.0 / L * abs(float(by_mesh[2])),
-            how="reading of the deflection; bending stiffness; half the length of elements",
-        )
+        band = BUDGET.band({
+            "reading": 100.0 * settings.reading_deviation, "bending stiffness": 100.0 / L * abs(float(by_stiffness[2])),
+            "mesh": 100.0 / L * abs(float(by_mesh[2])),
+        })  # fmt: skip
         comparisons.append(
             Comparison(
                 what=f"deflection of the tip by {row['mass_kg']:g} kg, % of the length", unit="%",
@@ -103,6 +111,6 @@ def _figure(model: Clamped, rows: list[dict[str, Any]]) -> Figure:
 SETS = {
     "wing-spar": Set(
         name="wing-spar", title="Deflection of a wing spar by weights at its tip, up to 46 % of its length",
-        source=SOURCE, Settings=Settings, run=run,
+        source=SOURCE, Settings=Settings, run=run, budget=BUDGET,
     )
 }  # fmt: skip
