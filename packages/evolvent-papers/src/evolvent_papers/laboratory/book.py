@@ -98,12 +98,14 @@ class Verdict(Shown):
     comparisons : tuple of Comparison
     figures : tuple of Figure
     notes : tuple of str, sentences on what was done and what a reader must know
+    tables : tuple of evolvent_base.answer.Table, of what the differences say
     of : Set, to which it belongs; set by `Set.validate`, None before
     """
 
     comparisons: tuple[Comparison, ...]
     figures: tuple[Figure, ...]
     notes: tuple[str, ...] = ()
+    tables: tuple[an.Table, ...] = ()
     of: Set | None = None
 
     named, endings = "verdicts", (".json",)
@@ -112,7 +114,7 @@ class Verdict(Shown):
         """The comparisons, a row each, figures, notes, and a file."""
         title = "Set of measurements" if self.of is None else self.of.title
         return an.Answer(
-            title=title, sections=[an.Section(title="", blocks=[table(self), *self.figures])],
+            title=title, sections=[an.Section(title="", blocks=[table(self), *self.tables, *self.figures])],
             notes=[*self.notes, self.text], files={"verdict.json": lambda: an.as_json(content(self))},
         )  # fmt: skip
 
@@ -362,6 +364,10 @@ def content(found: Verdict) -> dict[str, Any]:
     stated = {} if of is None else {"set": of.name, "title": of.title, "source": of.source}
     return {
         **stated, "verdict": found.text, "notes": list(found.notes),
+        "tables": [
+            {"title": one.title, "heads": list(one.heads), "rows": [list(row) for row in one.rows]}
+            for one in found.tables
+        ],
         "comparisons": [
             {
                 "what": one.what, "unit": one.unit, "predicted": one.predicted,
