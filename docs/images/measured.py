@@ -15,6 +15,7 @@ SETS = {
     "laboratory-triple.png": ("triple-pendulum", 0),
     "laboratory-rotating-beam.png": ("rotating-beam", 0),
     "laboratory-rotating-beam-causes.png": ("rotating-beam", 1),
+    "laboratory-driven-arm-torque.png": ("driven-arm", 1),
     "laboratory-composite-strips.png": ("composite-strips", 0),
 }
 #: Files, and the paper's figures that they are.
