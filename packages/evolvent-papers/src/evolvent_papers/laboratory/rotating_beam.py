@@ -374,18 +374,17 @@ def _figure_of_causes(
             continue
         order = np.flatnonzero(which)[np.argsort(base[which])]
         x, y, bar = base[order], 100.0 * differences[order], 100.0 * deviation[order]
+        gap = np.full(x.size, math.nan)
         lines = [
             Line(x=x, y=y, label="measured" * (not panels), color=0, style="", marker="o"),
-            Line(x=x, y=y - bar, label="", color=0, style="", marker="."),
-            Line(x=x, y=y + bar, label="", color=0, style="", marker="."),
+            Line(x=np.stack([x, x, gap], axis=1).ravel(), y=np.stack([y - bar, y + bar, gap], axis=1).ravel(), label="",
+                 color=0),
             Line(x=x, y=100.0 * size * best.cause.pattern[order], color=1, style="", marker="x",
                  label=f"{best.cause.name} {size:+.2g} {best.cause.unit}" * (not panels)),
         ]  # fmt: skip
         panels.append(Panel(x_label="predicted frequency, Hz", y_label="measured less predicted, %", lines=lines,
                             title=name, y_zero=True))  # fmt: skip
-    title = (
-        "Rotating beam: differences of the frequencies, and those of the cause that explains most of the turning ones"
-    )
+    title = "Rotating beam: differences, and those of the cause that fits the turning beam best"
     return Figure(name="rotating-beam-causes", title=title, panels=panels, height=stacked(len(panels)))
 
 
