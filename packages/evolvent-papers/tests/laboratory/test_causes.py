@@ -64,3 +64,12 @@ def test_two_causes_together_and_the_price_of_one_more() -> None:
     both = causes.fitted(ones, differences, DEVIATION, X >= 0.0)
     assert both.values == pytest.approx([0.3, 0.1], abs=4.0 * both.deviations.max())
     assert both.criterion < causes.fitted(ones[:1], differences, DEVIATION, X >= 0.0).criterion
+
+
+def test_the_best_pair_has_possible_sizes() -> None:
+    ones = [Cause(name=name, unit="m", pattern=X**k, least=least) for k, (name, least) in enumerate(
+        (("a", -np.inf), ("b", 0.0), ("c", -np.inf)))]  # fmt: skip
+    differences = 0.4 * ones[0].pattern - 0.3 * ones[1].pattern
+    pair, fit = causes.best_pair(ones, differences, DEVIATION, X >= 0.0)
+    assert [one.name for one in pair] == ["a", "c"]
+    assert fit.chi2 > 1.0

@@ -8,6 +8,7 @@ says what the measurements allow.
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 
@@ -149,6 +150,16 @@ def explanations(
         )
         for one in causes
     ]
+
+
+def best_pair(causes: Sequence[Cause], differences: Array, deviation: Array, chosen: Array) -> tuple[list[Cause], Fit]:
+    """The two causes that together leave least of the chosen differences, of those whose sizes are possible."""
+    found = []
+    for pair in itertools.combinations(causes, 2):
+        fit = fitted(pair, differences, deviation, chosen)
+        if all(v + SURE * d >= one.least for v, d, one in zip(fit.values, fit.deviations, pair, strict=True)):
+            found.append((list(pair), fit))
+    return min(found, key=lambda one: one[1].chi2)
 
 
 def table(

@@ -200,8 +200,8 @@ def run(settings: Settings, data: str | None) -> Verdict:
     explained = _explained(beam, measured, _coupled(measured) if data is None else {})
     if explained is None:
         return Verdict(comparisons=tuple(comparisons), figures=(shown,), notes=tuple(notes))
-    shown_causes, why, note = explained
-    return Verdict(comparisons=tuple(comparisons), figures=(shown, why), notes=(*notes, note), tables=(shown_causes,))
+    shown_causes, why, more = explained
+    return Verdict(comparisons=tuple(comparisons), figures=(shown, why), notes=(*notes, *more), tables=(shown_causes,))
 
 
 # ------------------------------------------------------------------------------------------------ causes
@@ -272,8 +272,8 @@ def _predicted(beam: Beam, places: Sequence[Place], factor: float = 1.0) -> Arra
 
 def _explained(
     beam: Beam, measured: Mapping[Place, float], coupled: Mapping[Place, float]
-) -> tuple[an.Table, Figure, str] | None:
-    """Table, figure and note of causes; None where fewer than three frequencies at rest or turning are measured."""
+) -> tuple[an.Table, Figure, tuple[str, ...]] | None:
+    """Table, figure and notes of causes; None where fewer than three frequencies at rest or turning are measured."""
     known = {place: value for place, value in {**measured, **coupled}.items() if math.isfinite(value)}
     places, found = list(known), np.array(list(known.values()))
     rest = np.array([speed == 0 and mode <= 3 for _, speed, mode in places])
@@ -302,7 +302,11 @@ def _explained(
     drawn = _figure_of_causes(
         base, differences, deviation, explained, {REST: rest, TURNING: turning, WITNESS: witness}
     )  # fmt: skip
-    return shown, drawn, _contradiction(explained, differences, deviation, turning)
+    notes = (
+        _contradiction(explained, differences, deviation, turning),
+        _pair(listed, differences, deviation, rest | turning),
+    )
+    return shown, drawn, notes
 
 
 def _by_place(table: Sequence[dict[str, Any]], settings: Settings) -> dict[Place, float]:
@@ -359,6 +363,15 @@ def _contradiction(
         f"at rest, {value:+.1f} ± {spread:.1f} {first.cause.unit} by those of the turning beam, beside which the "
         f"{best.cause.name} is fitted"
     )
+
+
+def _pair(listed: Sequence[causes.Cause], differences: Array, deviation: Array, chosen: Array) -> str:
+    """What the best two causes together leave."""
+    pair, fit = causes.best_pair(listed, differences, deviation, chosen)
+    sizes = " and ".join(f"{one.name} {value:+.2g} {one.unit}" for one, value in zip(pair, fit.values, strict=True))
+    rest = int(np.count_nonzero(~chosen))
+    again = f", and {np.sum(fit.left[~chosen] ** 2):.0f} of {rest} {WITNESS}" if rest else ""
+    return f"two causes together, {sizes}, leave chi2 {fit.chi2:.0f} of {np.count_nonzero(chosen)} frequencies{again}"
 
 
 def _figure_of_causes(
