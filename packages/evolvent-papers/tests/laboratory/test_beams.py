@@ -219,11 +219,11 @@ def test_causes_of_the_differences_of_the_rotating_beam(verdicts: dict[str, book
         (found.notes[-2], rf"at rest, {number} ± {number} % by", rf"listed stiffness, {number} ± {number} %"),
         (found.notes[-1], rf"leave chi2 {number} of 27 .* and {number} of 9", rf"chi2 {number} of 27, and {number} of"),
     ):
-        values, listed = (re.search(one, where) for one, where in ((said_there, note), (written, text)))
-        assert values is not None
-        assert listed is not None
-        expected = [float(one) for one in listed.groups()]
-        assert [float(one) for one in values.groups()] == pytest.approx(expected, rel=0.03, abs=0.1)
+        noted, stated = re.search(said_there, note), re.search(written, text)
+        assert noted is not None
+        assert stated is not None
+        expected = [float(one) for one in stated.groups()]
+        assert [float(one) for one in noted.groups()] == pytest.approx(expected, rel=0.03, abs=0.1)
 
 
 @pytest.mark.slow
