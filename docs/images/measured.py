@@ -10,11 +10,13 @@ from evolvent_base import plots
 from evolvent_papers import laboratory, papers
 
 HERE = pathlib.Path(__file__).parent
-#: Files, and the sets of measurements of which they show the first figure.
+#: Files, and the sets of measurements with the number of the figure that they show.
 SETS = {
-    "laboratory-triple.png": "triple-pendulum",
-    "laboratory-rotating-beam.png": "rotating-beam",
-    "laboratory-composite-strips.png": "composite-strips",
+    "laboratory-triple.png": ("triple-pendulum", 0),
+    "laboratory-rotating-beam.png": ("rotating-beam", 0),
+    "laboratory-rotating-beam-causes.png": ("rotating-beam", 1),
+    "laboratory-driven-arm-torque.png": ("driven-arm", 1),
+    "laboratory-composite-strips.png": ("composite-strips", 0),
 }
 #: Files, and the paper's figures that they are.
 PAPER = {"rib-figure-7.png": "rib-figure-7", "rib-figure-10.png": "rib-figure-10"}
@@ -22,7 +24,8 @@ PAPER = {"rib-figure-7.png": "rib-figure-7", "rib-figure-10.png": "rib-figure-10
 if __name__ == "__main__":
     for file in sys.argv[1:] or [*SETS, *PAPER]:
         if file in SETS:
-            drawn = laboratory.found(SETS[file]).validate().figures[0]
+            name, number = SETS[file]
+            drawn = laboratory.found(name).validate().figures[number]
         else:
             drawn = papers.entry(PAPER[file]).make(papers.Options()).figure
         print(plots.save(drawn, HERE / file))

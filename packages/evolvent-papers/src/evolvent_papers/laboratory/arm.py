@@ -27,10 +27,11 @@ from evolvent import cases
 from evolvent.analysis.runs import solve
 from evolvent.analysis.system import System
 from evolvent.design import calibration
-from evolvent_base import progress
+from evolvent_base import answer as an, progress
 from evolvent_base.errors import InputError, RunFailed
 from evolvent_base.figures import Figure, Line, Panel, stacked
-from evolvent_papers.laboratory import book, tables
+from evolvent_papers.laboratory import arm_torque, book, tables
+from evolvent_papers.laboratory.arm_torque import Sampled
 from evolvent_papers.laboratory.book import Array, Band, Budget, Comparison, Contribution, NoSettings, Set, Verdict, rms
 
 SOURCE = (
@@ -172,12 +173,15 @@ class Record:
         return np.asarray((time >= EDGE) & (time <= time[-1] - EDGE))
 
     @functools.cached_property
+    def sampled(self) -> Sampled:
+        """The record at even times."""
+        return Sampled.of(self.name, self.time, self.angle, self.torque)
+
+    @functools.cached_property
     def smooth(self) -> tuple[Array, Array, Array]:
         """Even times, angle and torque below `BELOW`, by a Butterworth filter of order 2, forwards and backwards."""
-        time = np.linspace(0.0, self.time[-1], self.time.size)
-        b, a = scipy.signal.butter(2, BELOW * 2.0 * time[1])
-        angle, torque = (np.interp(time, self.time, values) for values in (self.angle, self.torque))
-        return time, scipy.signal.filtfilt(b, a, angle), scipy.signal.filtfilt(b, a, torque)
+        even = self.sampled
+        return even.time, even.low(even.angle, BELOW), even.low(even.torque, BELOW)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
@@ -227,8 +231,7 @@ def torque(arm: Arm, record: Record, *, tolerance: float = TOLERANCE) -> Array:
     start = np.array([float(wanted(0.0)), float(wanted(0.0, 1))])
     found, rate = _solved(arm, motor, start, time, tolerance)
     drives = GAINS[0] * (wanted(time) - found) + GAINS[1] * (wanted(time, 1) - rate)
-    b, a = scipy.signal.butter(2, BELOW * 2.0 * time[1])
-    return np.asarray(scipy.signal.filtfilt(b, a, drives))
+    return record.sampled.low(drives, BELOW)
 
 
 # ------------------------------------------------------------------------------------------------ fit
@@ -359,8 +362,9 @@ def run(settings: NoSettings, data: str | None) -> Verdict:
         measurement=unexplained * size,
         parameters=rms([book.by_parameters(lambda x: torque(fit.at(x), driven)[inner], fit.values, fit.covariance)]),
         numerics=rms([(torque(arm, driven, tolerance=FINE) - found)[inner]]),
-        how="measurement: share of the torque of the fitted record that no motion explains; parameters: covariance of "
-        "the fit, residuals correlated; numerics: a hundredth of the tolerance",
+        how="measurement: share of the torque of the fitted record that no motion explains, most of it its noise; "
+        "parameters: covariance of the fit, residuals correlated; numerics: a hundredth of the tolerance; not "
+        "contained: windup of the drive, error of the angle sensor",
     )
     predicted = [motion(arm, piece) for piece in pieces]
     off = [rms([one - piece.record.angle]) for one, piece in zip(predicted, pieces, strict=True)]
@@ -398,8 +402,13 @@ def run(settings: NoSettings, data: str | None) -> Verdict:
             f"after that the arm is pushed: at {whole.smooth[0][k]:.1f} s its motion takes {abs(beyond[k]):.1f} N m "
             f"more than the motor gives"
         )
-    figure = _figure(swing, pieces, predicted, driven, found)
-    return Verdict(comparisons=comparisons, figures=(figure,), notes=tuple(notes))
+    figures, shown = [_figure(swing, pieces, predicted, driven, found)], tuple[an.Table, ...]()
+    made_of = arm_torque.explained(basis.sampled, whole.sampled, swing.time[-1], BELOW)
+    if made_of is not None:
+        figures.append(made_of.figure)
+        notes += made_of.notes
+        shown = made_of.tables
+    return Verdict(comparisons=comparisons, figures=tuple(figures), notes=tuple(notes), tables=shown)
 
 
 def _figure(swing: Record, pieces: Sequence[Piece], predicted: Sequence[Array], driven: Record, found: Array) -> Figure:

@@ -78,6 +78,7 @@ class Verdict(Shown):
     comparisons : tuple of Comparison
     figures : tuple of Figure
     notes : tuple of str, sentences on what was done and what a reader must know
+    tables : tuple of evolvent_base.answer.Table, of what the differences say
     of : Set, to which it belongs; set by `Set.validate`, None before
     settings : Section, by which it was found; set by `Set.validate`
     """
@@ -85,6 +86,7 @@ class Verdict(Shown):
     comparisons: tuple[Comparison, ...]
     figures: tuple[Figure, ...]
     notes: tuple[str, ...] = ()
+    tables: tuple[an.Table, ...] = ()
     of: Set | None = None
     settings: Section = dataclasses.field(default_factory=NoSettings)
 
@@ -97,7 +99,7 @@ class Verdict(Shown):
         if self.budget is not None:
             stated.append(an.Section(title="Bands", blocks=[self.budget_table(), self.budget.text]))
         return an.Answer(
-            title=title, sections=[*stated, an.Section(title="", blocks=[table(self), *self.figures])],
+            title=title, sections=[*stated, an.Section(title="", blocks=[table(self), *self.tables, *self.figures])],
             notes=[*self.notes, self.text], files={"verdict.json": lambda: an.as_json(content(self))},
         )  # fmt: skip
 
@@ -404,6 +406,10 @@ def content(found: Verdict) -> dict[str, Any]:
         stated["band"] = found.budget.content(found.settings)
     return {
         **stated, "verdict": found.text, "notes": list(found.notes),
+        "tables": [
+            {"title": one.title, "heads": list(one.heads), "rows": [list(row) for row in one.rows]}
+            for one in found.tables
+        ],
         "comparisons": [
             {
                 "what": one.what, "unit": one.unit, "predicted": one.predicted,
