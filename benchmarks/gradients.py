@@ -80,6 +80,20 @@ def boom(method: str) -> Case:
     return Case(found, "boom.tip.position.z.last", keys, {**SHORT, "until": 1.0, "method": method})
 
 
+def beam(method: str) -> Case:
+    """A clamped beam of 20 elements with a mass at each node falls and swings."""
+    found, n = System(gravity=(0.0, 0.0, -9.81)), 20
+    section = elements.Tube(radius=0.02, thickness=0.001)
+    material = elements.Material(young_modulus=7e10, poisson_ratio=0.3, density=1600.0)
+    found.add(parts.Beam(length=4.0, section=section, material=material, elements=n), "boom")
+    found.add(parts.Joint(a="ground", b="boom.root", type="clamp"), "root")
+    for k in range(1, n + 1):
+        found.add(parts.Point(mass=0.02, at=f"boom[{k}]"), f"m{k}")
+    own = ["section.tube.radius", "section.tube.thickness", "material.young_modulus", "material.density"]
+    keys = [*(f"boom.{name}" for name in own), "gravity.2", *(f"m{k}.mass" for k in range(n, 0, -1))]
+    return Case(found, "boom.tip.position.z.last", keys, {**SHORT, "until": 0.3, "method": method})
+
+
 def plate(method: str) -> Case:
     """A plate of 8 x 8 shell elements, held at a corner, falls and swings."""
     found, n = System(gravity=(0.0, 0.0, -9.81)), 8
@@ -93,7 +107,9 @@ def plate(method: str) -> Case:
     return Case(found, "plate[80].position.z.last", keys, {**SHORT, "until": 0.2, "method": method})
 
 
-CASES: dict[str, Callable[[str], Case]] = {"chain": chain, "array": array, "boom": boom, "plate": plate}
+CASES: dict[str, Callable[[str], Case]] = {
+    "chain": chain, "array": array, "beam": beam, "boom": boom, "plate": plate,
+}  # fmt: skip
 
 
 @contextlib.contextmanager

@@ -81,8 +81,9 @@ class Section(BaseModel):
 
     @model_validator(mode="after")
     def _refuse(self) -> Self:
-        for key in type(self).model_fields:
-            check_visible(key, getattr(self, key))
+        for key, value in self.__dict__.items():
+            if isinstance(value, str):
+                check_visible(key, value)
         for text in self.refusals():
             raise InputError(text)
         return self

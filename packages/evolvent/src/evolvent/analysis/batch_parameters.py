@@ -10,6 +10,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numba import config
 from pydantic import ValidationError
 
 from evolvent.analysis import traced, variation
@@ -19,8 +20,9 @@ from evolvent.assembly import needs
 from evolvent.assembly.variants import Change, Changes, Variants
 from evolvent.model.memory import take
 from evolvent.solvers.common.coordinates import with_positions
-from evolvent.solvers.common.start import check_start
+from evolvent.solvers.common.start import check_start, misfits
 from evolvent.solvers.time.implicit.copies import Copies
+from evolvent.solvers.time.implicit.many_steps import misfit_many
 from evolvent.solvers.time.implicit.plan import numbers_again
 from evolvent.solvers.time.implicit.run import ImplicitRun
 from evolvent.solvers.time.implicit.setup import error_sizes, shares, stops_of
@@ -29,6 +31,8 @@ from evolvent_base.errors import InputError
 Array = np.ndarray
 #: Fields of the workspace that a plan has made.
 PLANNED = ("options", "weight", "error_weight", "shares", "stops")
+#: Bytes of a number.
+WORD = 8
 #: Array of the model, field of its records ("" of an array of numbers), and row.
 Place = tuple[str, str, int]
 
@@ -300,8 +304,7 @@ class BatchParameters:
         for k, (changes, _) in found.items():
             self._take(k, changes)
         if self._varied.joined:
-            for k in sorted({*which.tolist()} - again):
-                self._meet(k)
+            self._meet(sorted({*which.tolist()} - again))
 
     def assign(self, points: Sequence[Mapping[str, Any]]) -> dict[int, InputError]:
         """Give the first copies all of their own values; returns why some have none.
@@ -321,13 +324,19 @@ class BatchParameters:
             for place in places:
                 self._plain[key] = places
                 self._field(place)[own] = given
+        plain = list[int]()
         for k, point in enumerate(points):
             try:
                 if others := self._others(point):
                     changes, self._parts[k] = self._varied.changes(others)
                     self._take(k, changes)
                 elif point and self._varied.joined:
-                    self._meet(k)
+                    plain.append(k)
+            except InputError as error:
+                refused[k] = error
+        for k in self._misfits(plain):
+            try:
+                self._meet([k])
             except InputError as error:
                 refused[k] = error
         return refused
@@ -402,14 +411,33 @@ class BatchParameters:
             if ("work", name) in self._copies.memory.places:
                 self._set("work", name, k, value)
 
-    def _meet(self, k: int) -> None:
-        """Refuse a copy with numbers alone whose constraints the start does not meet."""
-        take(self._scratch, self._varied.run.model)
-        self._write_numbers(k)
-        try:
-            self._varied.check_start(self._scratch)
-        except InputError as error:
-            raise InputError(f"copy {k}: {error}") from None
+    def _meet(self, which: Sequence[int]) -> None:
+        """Refuse copies with numbers alone whose constraints the start does not meet."""
+        for k in self._misfits(which):
+            take(self._scratch, self._varied.run.model)
+            self._write_numbers(k)
+            try:
+                self._varied.check_start(self._scratch)
+            except InputError as error:
+                raise InputError(f"copy {k}: {error}") from None
+
+    def _misfits(self, which: Sequence[int]) -> Sequence[int]:
+        """Copies with numbers alone whose constraints the start may not meet, among some."""
+        varied, scratch, fields = self._varied, self._scratch, self._fields
+        if config.DISABLE_JIT or not which or any(own.itemsize != WORD for own in fields.values()):
+            return which
+        moves = np.array(scratch.moves(varied.run.model), dtype=np.int64).reshape(-1, 3)
+        if np.any(moves[:, 2] % WORD):
+            return which
+        moves[:, 2] //= WORD
+        places = np.array([_address(scratch, place) for place in fields], dtype=np.int64)
+        numbers = np.ascontiguousarray(np.array([own.view(float) for own in fields.values()]).T)
+        chosen, codes = np.array(which), np.zeros(self._copies.count, dtype=np.int64)
+        assembly, t = varied.run.assembly, float(varied.run.plan.times[0])
+        needs.note_alike(varied.run.model, scratch)
+        needs.load(scratch, misfit_many)
+        misfit_many(chosen, t, assembly.y.copy(), misfits(assembly), moves, places, numbers, scratch, codes)
+        return chosen[codes[chosen] != 0].tolist()
 
     def _write_numbers(self, k: int) -> None:
         """Write the numbers of a copy that stand in fields as they are given into the scratch."""
@@ -423,6 +451,13 @@ class BatchParameters:
             nominal = np.asarray(getattr(run.model if struct == "model" else run.work, name))
             self._own[struct, name] = np.repeat(nominal[None], self._copies.count, axis=0)
         self._own[struct, name][k] = value
+
+
+def _address(model: Any, place: Place) -> int:
+    """Address of the number at a place of a model."""
+    array, field, row = place
+    found = getattr(model, array)
+    return int(np.asarray(found[field] if field else found)[row : row + 1].ctypes.data)
 
 
 def _listed(values: Any, count: int) -> list[Any]:

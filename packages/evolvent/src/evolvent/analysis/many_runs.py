@@ -129,7 +129,9 @@ class ManyRuns:
         solution = self._solution(copies, parameters, k)
         fine = self.times.is_fine(solution.t)
         found = kept_of(solution, self.keep, lambda: root_of(solution, {}), fine=fine, why=self.why)
-        return dataclasses.replace(found, variables={name: _copy(one) for name, one in found.variables.items()})
+        return dataclasses.replace(
+            found, variables={k: _copy(one) if one.ndim else one for k, one in found.variables.items()}
+        )
 
     def _solution(self, copies: Copies, parameters: BatchParameters, k: int) -> Solution:
         """The motion of a copy."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import math
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
@@ -319,7 +320,7 @@ def _has_inertia(change: Change, blocks: Array) -> bool:
 
 def _different(row: Mapping[str, Any], before: Mapping[str, Any]) -> Iterator[str]:
     """Fields of a row that are not those of another."""
-    for field in row.keys() | before.keys():
+    for field in row if row.keys() == before.keys() else row.keys() | before.keys():
         if field not in row or field not in before or not _equal(row[field], before[field]):
             yield field
 
@@ -328,11 +329,22 @@ def _equal(a: Any, b: Any) -> bool:
     """Whether two values of a field are equal."""
     if isinstance(a, int | float) and isinstance(b, int | float):
         return a == b
+    if a is b:
+        return True
+    if type(a) is type(b) is np.ndarray and a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes():
+        return True
     return bool(np.array_equal(a, b))
+
+
+def _sign(value: float) -> float:
+    """Sign of a number; NaN of none, which is unlike any."""
+    return math.nan if math.isnan(value) else int(value > 0.0) - int(value < 0.0)
 
 
 def _alike(new: Any, old: Any) -> bool:
     """Whether values are zero, infinite and of a sign where others are; of a matrix but for round-off."""
+    if isinstance(new, int | float) and isinstance(old, int | float):
+        return math.isfinite(new) == math.isfinite(old) and _sign(new) == _sign(old)
     if new is None or old is None or np.shape(new) != np.shape(old):
         return False
     if not np.array_equal(np.isfinite(new), np.isfinite(old)):

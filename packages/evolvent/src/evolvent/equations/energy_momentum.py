@@ -150,24 +150,38 @@ def tangent(scale, model, work, matrix):
     Forces' tangents have torques on a free body in axes that turn with it; `body_step.add_body_tangents` takes them to
     the axes of the step's start.
     """
+    add_force_tangents(scale, 1.0, 2.0 / work.step.h, model, work, matrix)
+    add_inertia_tangents(model, work, matrix)
+
+
+@inlined
+def add_force_tangents(scale, massive, c_rate, model, work, matrix):
+    """Begin `tangent`: forces, with the inertia of elements times `massive`."""
     step = work.step
-    step.c_mass, step.c_rate = 4.0 / ((1.0 + step.chi_v) * step.h * step.h), 2.0 / step.h
+    step.c_mass, step.c_rate = massive * 4.0 / ((1.0 + step.chi_v) * step.h * step.h), c_rate
     step.tm, step.scale = step.t + 0.5 * step.h, scale
     model.info.over = step.h
     sparse.clear(matrix)
     calls = model.step_tangent_calls
     for k in range(calls.size):
         tangent_at(model, calls[k])(work, model, matrix)
+    model.info.over = 0.0
+
+
+@inlined
+def add_inertia_tangents(model, work, matrix):
+    """End `tangent`: inertia, and constraints at the end."""
+    model.info.over = work.step.h
     calls = model.step_inertia_tangent_calls
     for k in range(calls.size):
         tangent_at(model, calls[k])(work, model, matrix)
     model.info.over = 0.0
     if model.constraints.size > 0:
-        _add_end_rows(scale, step.c_rate, model, work, matrix)
+        add_end_rows(work.step.scale, work.step.c_rate, model, work, matrix)
 
 
 @inlined
-def _add_end_rows(scale, c_rate, model, work, matrix):
+def add_end_rows(scale, c_rate, model, work, matrix):
     """Derivatives of the constraints at the end of the step. Bodies and gaps stay at the end."""
     bodies = model.bodies
     for b in range(bodies.size):

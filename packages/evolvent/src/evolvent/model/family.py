@@ -88,6 +88,11 @@ def some(answer: Some, found: Array) -> bool:
     return bool(np.any(answer(found))) if callable(answer) else answer and found.size > 0
 
 
+def every(answer: Some, found: Array) -> bool:
+    """Whether an answer is so for all of the records."""
+    return bool(np.all(answer(found))) if callable(answer) else answer or found.size == 0
+
+
 @dataclasses.dataclass(frozen=True)
 class Kind:
     """Some records of a family, as messages call them, and which solvers support them.

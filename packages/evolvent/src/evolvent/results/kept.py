@@ -99,6 +99,7 @@ def stored_name(wanted: str) -> str:
     return name.rstrip("_") if wanted.endswith(")") else name
 
 
+@functools.lru_cache(maxsize=1024)
 def split(wanted: str) -> tuple[str, str]:
     """Name of a variable, and what is kept of it over time, one of `REDUCTIONS` or ``at(TIME)``; '' for all of it."""
     at = re.search(rf"\.({_AT.pattern})$", wanted)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import re
 from collections.abc import Hashable, Iterator, Mapping
@@ -95,6 +96,7 @@ def get(run: xr.DataTree | xr.Dataset, name: str) -> xr.DataArray:
     return entry(group[variable], match, name, _texts(group[variable]))
 
 
+@functools.lru_cache(maxsize=1024)
 def matched(name: str) -> re.Match[str] | None:
     """Words of the full name of a part's variable: part, node, end, variable and axis; None of what is none."""
     return _NAME.fullmatch(name)
@@ -176,6 +178,7 @@ def root_dataset(run: xr.DataTree | xr.Dataset) -> xr.Dataset:
     return run.to_dataset() if isinstance(run, xr.DataTree) else run
 
 
+@functools.lru_cache(maxsize=1024)
 def owner(name: str) -> str:
     """The word before the first dot or bracket of a full name: the part, or a variable of the root."""
     return re.split(r"[.\[]", name, maxsplit=1)[0]

@@ -209,9 +209,10 @@ class _Call:
         """Time that a point takes, s, found by computing for a second or two; 0 where nothing is left."""
         if self.pending:
             self._here()  # loads what is loaded once
-        began, before = time.perf_counter(), self.done
+        began, before, size = time.perf_counter(), self.done, 1
         while self.pending and time.perf_counter() - began < _TASK:
-            self._here()
+            self._here(min(size, self.of.batch or size))
+            size *= 2
         return (time.perf_counter() - began) / max(self.done - before, 1)
 
     # -------------------------------------------------------------------------------------------- tasks

@@ -348,6 +348,7 @@ COORDINATES = Family(
     adjoint=AdjointSupport(
         "its torque follows from the state, with all derivatives; that it latches is found by neighbours", timed=False,
         refused={"joints have friction": lambda found: found["friction"] > 0.0},
+        mirrored=lambda found: (found["kind"] == axial.TRAVEL) & (found["friction"] == 0.0),
     ),
     parts=Parts(
         is_motion=True, changes="stiffness damping rest friction stick low high stop latch_stiffness latch_damping",

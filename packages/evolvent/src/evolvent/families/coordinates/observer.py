@@ -50,7 +50,7 @@ def add_fields(view: View, found: Observed, family: str, index: Any, row: Any, f
     """Add fields of records (one record, or a slice along `loop`); row : that of the coordinate."""
     for field in fields.split():
         name, unit, text = (worded(row, what).format(**words) for what in RESULTS[family][field])
-        if view.wanted is not None and name not in view.wanted:
+        if not view.wants(name):
             continue
         values = view.fields[family][field][:, index]
         if values.ndim == 1:

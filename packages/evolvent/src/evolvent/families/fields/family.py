@@ -122,7 +122,7 @@ FIELDS = Family(
     smooth=True,
     stiff=False,
     of_step=False,
-    adjoint=AdjointSupport("its force follows from the state and time, with all derivatives"),
+    adjoint=AdjointSupport("its force follows from the state and time, with all derivatives", mirrored=True),
     parts=Parts(reads_inertia=False),
     stability=Stability(by_rates=False),
     statics=Statics(frame=lambda row: row["w"] if row["kind"] == fields.ORBIT else None, scale=scale),

@@ -207,6 +207,7 @@ JOINTS = Family(
     adjoint=AdjointSupport(
         "its gap follows from the state and time, with all derivatives",
         timed=lambda found: (found["path"] != 0) | (found["law"] != 0), rates=lambda model: model.info.penalties > 0,
+        mirrored=lambda found: np.isin(found["kind"], (joint.POINT, joint.DIRECTION)),
     ),
     parts=Parts(changes="", reads_inertia=False),
     statics=Statics(uneven=_uneven, sets=_sets),

@@ -121,7 +121,7 @@ def observe_joint(view: View, name: str) -> Observed:
         found.scalar("angle", unwrapped(view.t, *turned), "rad", "angle of b about the joint's axis since the start")
         found.plots = ["angle", "travel"]
     elif getattr(part, "type", "") == "revolute":
-        turn = revolute(view, rows)
+        turn = revolute(view, rows) if view.wants("angle", "rate") else None
         if turn is not None:
             text = "of b against a about the joint's axis"
             found.scalar("angle", sign * turn[0], "rad", f"angle {text} since the start, over any number of turns")

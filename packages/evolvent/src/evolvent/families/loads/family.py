@@ -172,7 +172,7 @@ LOADS = Family(
     smooth=True,
     stiff=False,
     of_step=False,
-    adjoint=AdjointSupport("its force follows from the state and time, with all derivatives"),
+    adjoint=AdjointSupport("its force follows from the state and time, with all derivatives", mirrored=True),
     parts=Parts(several=True, changes="", reads_inertia=False),
     stability=Stability(by_rates=False),
     drives=Drives(end_ramps=_end_ramps),

@@ -129,7 +129,10 @@ BEAM_LOADS = Family(
     smooth=True,
     stiff=False,
     of_step=False,
-    adjoint=AdjointSupport("its force follows from the state and time, with all derivatives"),
+    adjoint=AdjointSupport(
+        "its force follows from the state and time, with all derivatives",
+        mirrored=lambda found: (found["kind"] != node_loads.MOMENT) & (found["frame"] == 0),
+    ),
     parts=Parts(reads_inertia=False),
     stability=Stability(by_rates=False),
     implicit=Implicit(inner=lambda found: int(np.sum(found["kind"] == FIELD))),

@@ -178,7 +178,7 @@ SPRINGS = Family(
     smooth=True,
     of_step=False,
     adjoint=AdjointSupport(
-        "its force follows from the state, with all derivatives", timed=calls_law,
+        "its force follows from the state, with all derivatives", timed=calls_law, mirrored=True,
         rates=lambda model: any(np.any(model.springs[name]) for name in ("law", "damping", "lateral_damping")),
     ),
     parts=Parts(changes="stiffness damping length lateral_stiffness lateral_damping", reads_inertia=False),

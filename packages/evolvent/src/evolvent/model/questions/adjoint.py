@@ -21,6 +21,8 @@ class AdjointSupport:
     rates : whether its forces follow from rates: for all of its records, or a function of the model that says so; where
         they do not, the adjoint assembles its tangent once a step
     refused : half sentences on records that are not supported, to a function of the records to a mask of these
+    mirrored : whether, where no coordinate turns, the tangent of its forces over a step of energy-momentum is exact,
+        and they do not change where the ends of the step are exchanged: for all of its records, or a mask of them
     cubic : whether its forces are cubic in its coordinates, so that wide differences of the fourth order are exact,
         beside which nothing may happen at once
     """
@@ -31,3 +33,4 @@ class AdjointSupport:
     refused: Mapping[str, Callable[[Array], Array]] = dataclasses.field(default_factory=dict)
     cubic: bool = False
     rates: bool | Callable[[Any], bool] = True
+    mirrored: bool | Callable[[Array], Array] = False

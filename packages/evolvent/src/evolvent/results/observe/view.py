@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 import threading
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -132,7 +132,7 @@ class View:
     solution : Solution
     assembly, model, t, y, s : of the solution
     explicit : bool, whether an explicit method made it
-    wanted : collection of str, variables that are asked for, beside which others may be left out; None: all
+    wanted : set of str, variables that are asked for, beside which others may be left out; None: all
 
     Parameters
     ----------
@@ -145,7 +145,7 @@ class View:
         self.explicit = solution.method in METHODS
         own = solution.assembly.model
         self._joints = own.constraints.size if joints or own.threads.size or own.bearings.size else 0
-        self.wanted: Collection[str] | None = None
+        self.wanted: set[str] | None = None
         self._poses: dict[int, Pose] = {}
         self._sides: dict[Any, Side] = {}
 
@@ -156,6 +156,10 @@ class View:
         if found is None:
             found = solution.__dict__["_view"] = cls(solution)
         return found
+
+    def wants(self, *names: str) -> bool:
+        """Whether any of some variables is asked for."""
+        return self.wanted is None or not self.wanted.isdisjoint(names)
 
     def index(self, name: str) -> int:
         """Index of a part in its family."""

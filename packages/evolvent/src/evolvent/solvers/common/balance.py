@@ -14,6 +14,7 @@ It never falls over a run. What is gained is the largest rise of the defect, los
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 from types import SimpleNamespace
@@ -133,11 +134,15 @@ def moved_over(balance: Any) -> np.ndarray:
     """Energy moved from the first sample to each: (nt,) float, J; see `moved`. Samples of NaN move nothing."""
     high, low = np.fmax.accumulate, np.fmin.accumulate
     of = columns(balance)
-    since = SimpleNamespace(**{name: getattr(of, name) - getattr(of, name)[:1] for name in (*WORK, *LOSSES)})
-    kinetic, stored = of.kinetic, potential(of)
+    since, kinetic, stored = _since(of), of.kinetic, potential(of)
     swings = [high(values) - low(values) for values in (kinetic, stored)]
     found = np.maximum.reduce([*swings, high(worked(since)), high(lost(since)), SPIN * high(kinetic)])
     return np.asarray(np.nan_to_num(found, nan=0.0, posinf=math.inf))
+
+
+def _since(of: SimpleNamespace) -> SimpleNamespace:
+    """Columns of work and of losses less their first entries."""
+    return SimpleNamespace(**{name: getattr(of, name) - getattr(of, name)[:1] for name in (*WORK, *LOSSES)})
 
 
 def columns(balance: Any) -> SimpleNamespace:
@@ -256,9 +261,20 @@ def closure(
     found = defect(balance, 0.0)
     if not damps and not np.all(np.isfinite(found)):  # samples of other methods may have no balance
         return Closure(moved, math.inf, math.inf, math.inf, unresolved, damps)
-    rise = float(np.nanmax(found - np.fmin.accumulate(found), initial=0.0))
-    fall = float(np.nanmax(np.fmax.accumulate(found) - found, initial=0.0))
-    most = max(float(np.nanmax(np.abs(values), initial=0.0)) for values in (balance.kinetic, potential(balance)))
-    whole = max(moved, float(moved_over(balance).max(initial=0.0)))
-    net = float(np.nanmax(found - found[:1], initial=0.0))
-    return Closure(whole, rise, fall, most, unresolved, damps, net, floor)
+    high = functools.partial(np.fmax.reduce, initial=0.0)  # of numbers, in the place of those that are NaN
+    rise = float(high(found - np.fmin.accumulate(found)))
+    fall = float(high(np.fmax.accumulate(found) - found))
+    most = max(float(high(np.abs(values))) for values in (balance.kinetic, potential(balance)))
+    net = float(high(found - found[:1]))
+    return Closure(max(moved, _moved_at_end(balance)), rise, fall, most, unresolved, damps, net, floor)
+
+
+def _moved_at_end(of: SimpleNamespace) -> float:
+    """The last of `moved_over`, which is the largest, J; 0 without samples."""
+    if not of.kinetic.size:
+        return 0.0
+    high, low = np.fmax.reduce, np.fmin.reduce
+    swings = [high(values) - low(values) for values in (of.kinetic, potential(of))]
+    since = _since(of)
+    found = np.maximum.reduce([*swings, high(worked(since)), high(lost(since)), SPIN * high(of.kinetic)])
+    return 0.0 if math.isnan(found) else max(float(found), 0.0)

@@ -21,26 +21,31 @@ from evolvent_base.errors import InputError
 _FITS = 1e-6
 
 
-def check_start(assembly: Assembly, t: float) -> None:
-    """Refuse constraints that the start does not meet, by name: positions or velocities that contradict them."""
-    model, y = assembly.model, assembly.y.copy()
-    rows = model.constraints
-    n_q, n_v = int(model.info.nq), int(model.info.nv)
+def misfits(assembly: Assembly) -> np.ndarray:
+    """Most that the gap and the rate of a constraint may be at the start, (2,) float."""
+    y, n_q, n_v = assembly.y, int(assembly.model.info.nq), int(assembly.model.info.nv)
     length = max(1.0, float(np.abs(y[:n_q]).max(initial=0.0)))
     speed = max(1.0, float(np.abs(y[n_q : n_q + n_v]).max(initial=0.0)))
+    return np.array([_FITS * length, _FITS * speed])
+
+
+def check_start(assembly: Assembly, t: float) -> None:
+    """Refuse constraints that the start does not meet, by name: positions or velocities that contradict them."""
+    model, y, (most_gap, most_rate) = assembly.model, assembly.y.copy(), misfits(assembly)
+    rows = model.constraints
     needs.load(model, measure_constraints)
     measure_constraints(t, y, model)
     held = (rows["stiffness"] == 0.0) & (t <= rows["until"])
-    off = ~(np.abs(rows["gap"]) <= _FITS * length) | ~(np.abs(rows["rate"]) <= _FITS * speed)
+    off = ~(np.abs(rows["gap"]) <= most_gap) | ~(np.abs(rows["rate"]) <= most_rate)
     for k in np.flatnonzero(held & off).tolist():
         gap, rate = float(rows["gap"][k]), float(rows["rate"][k])
         unit = "" if rows["turns"][k] else " m"
-        if not abs(gap) <= _FITS * length:
+        if not abs(gap) <= most_gap:
             raise InputError(
                 f"{row_owner(assembly, k)!r} does not fit the start at t = {t:g} s: it is {gap:.6g}{unit} off; "
                 f"move the parts that it joins, or its drive"
             )
-        if not abs(rate) <= _FITS * speed:
+        if not abs(rate) <= most_rate:
             if rows["drives"][k]:
                 raise InputError(_unlike_its_drive(row_owner(assembly, k), rows[k], t))
             raise InputError(

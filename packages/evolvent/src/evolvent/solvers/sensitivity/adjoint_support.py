@@ -70,7 +70,7 @@ def cost(plan: Any, values: int, keys: int) -> float:
     found = BACK + BY_VALUE * (values - 1) + BY_KEY * keys
     if plan.options.midpoint:
         colours = recorded_energy_steps.colours_of(plan.assembly.model, matrix_for(plan.assembly))
-        every = int(colours.moving[0]) + (colours.starts.size - 1) * int(colours.inexact[0])
+        every = (int(colours.moving[0]) + colours.starts.size - 1) * int(colours.inexact[0])
         found += every * len(colours.stencil) / EVALUATIONS
     return float(found)
 

@@ -13,10 +13,16 @@ T = s (1 - [p]x), E = C(2 p)^T of turns by the increments 2 p, s = 1/(1 + p.p). 
     R_u^T W = T^T x + (c/h)(y + w),   dvalue -= W^T R_p dp
     (x, y, w) <- (E^T x, y - c (y + w), c f (y + w)) - R_z0^T W
 
-R_u is the tangent of Newton's method, where that is exact: of point masses without joints. Else its columns, and R_e0
-always, are central differences of the residual, of many unknowns at once that have no equation in common. Columns by
-multipliers have a scale of their own, since nothing stands on the right of their equations. Velocities at the start,
-and b0, are only in the inertia.
+Where no coordinate turns and all families say so (`AdjointSupport.mirrored`), R_u is the tangent of Newton's method,
+and the forces do not change where the ends of the step are exchanged, of which h changes sign and increments are -u.
+With K the tangent of the forces, S that at the exchanged step with the inertia of elements, which is among these, of
+the other sign, and with the rows of penalties alone, and G the rows of constraints and penalties at the end::
+
+    R_e0 = K + G + S
+
+Else the columns of R_u and R_e0 are central differences of the residual, of many unknowns at once that have no equation
+in common. Columns by multipliers have a scale of their own, since nothing stands on the right of their equations.
+Velocities at the start, and b0, are only in the inertia.
 """
 
 from __future__ import annotations
@@ -26,14 +32,14 @@ from numba import types, void
 
 from evolvent.algebra import sparse, sparse_lu
 from evolvent.algebra.sparse import SPARSE
-from evolvent.assembly.blocks import is_of
 from evolvent.compiled.jit import INTEGERS, MATRIX, REAL, indirect, inlined
 from evolvent.compiled.pointer import Struct, array, at_address
-from evolvent.equations.energy_momentum import measure, residual, tangent
+from evolvent.equations.energy_momentum import add_end_rows, add_force_tangents, add_inertia_tangents, measure, residual
 from evolvent.kernels.blocks import ANGLE, ROTATION, displace
 from evolvent.kernels.rotations import cross
 from evolvent.model import MODEL
-from evolvent.model.registry import cubic
+from evolvent.model.family import every
+from evolvent.model.registry import cubic, whole
 from evolvent.solvers.sensitivity.recorded_steps import (
     CHANGE,
     CHI,
@@ -45,7 +51,7 @@ from evolvent.solvers.sensitivity.recorded_steps import (
     TIME,
     TIMED,
 )
-from evolvent.solvers.sensitivity.transposed import LINEAR, multiply_mass, transpose
+from evolvent.solvers.sensitivity.transposed import LINEAR, multiply, multiply_mass, transpose
 from evolvent.solvers.time.implicit import methods as method
 from evolvent.solvers.time.implicit.workspace import WORKSPACE
 
@@ -192,10 +198,18 @@ def _row_scale(i, scale, model):
 
 
 @inlined
-def _assemble(t, h, n, recorded, scale, model, work, room, colours, out):
-    """The matrix of step n: the tangent, with columns by differences where it is not exact; after `evaluate`."""
+def _assemble(t, h, n, recorded, scale, model, work, room, colours, linear, out):
+    """The matrix of step n: the tangent, with columns by differences where it is not exact; after `evaluate`.
+
+    Where it is exact, the tangent of the forces alone goes into `Linear.K`, and the rest into A.
+    """
     model.info.compliance = 1.0 / scale
-    tangent(scale, model, work.step, room)
+    add_force_tangents(scale, 1.0, 2.0 / h, model, work.step, room)
+    for i in range(room.values.size if colours.inexact[0] == 0 else 0):
+        linear.K[i] = room.values[i]
+    add_inertia_tangents(model, work.step, room)
+    for i in range(room.values.size if colours.inexact[0] == 0 else 0):
+        linear.A[i] = room.values[i] - linear.K[i]
     for k in range(colours.starts.size - 1 if colours.inexact[0] != 0 else 0):
         _difference(k, False, t, h, recorded, n, model, work, colours, out)
         for p in range(colours.starts[k], colours.starts[k + 1]):
@@ -232,6 +246,45 @@ def _turn(dq, kind, model, x, out):
             out[at + 2] += 2.0 * s * (uz + wz)
 
 
+@inlined
+def _exchange(t, h, n, recorded, scale, model, work, room):
+    """Tangent of the forces, less the inertia of elements, and of penalties of step n where its ends are exchanged."""
+    for i in range(work.y0.size):
+        work.y0[i] = recorded.y1[n, i]
+    for i in range(work.dq.size):
+        work.dq[i] = -recorded.dq[n, i]
+    evaluate(t + h, -h, model, work)
+    add_force_tangents(scale, -1.0, -2.0 / h, model, work.step, room)
+    if model.constraints.size > 0:
+        add_end_rows(scale, -2.0 / h, model, work.step, room)
+    for i in range(work.y0.size):
+        work.y0[i] = recorded.y0[n, i]
+    for i in range(work.dq.size):
+        work.dq[i] = recorded.dq[n, i]
+
+
+@inlined
+def _subtract_by_start(scale, W, model, room, linear, x):
+    """Subtract R_e0^T W from derivatives x (nv,) by coordinates, after `_exchange`."""
+    n_v, rows, part, out = x.size, model.constraints, linear.parts[0], linear.parts[1]
+    for i in range(W.size):
+        part[i] = W[i] / _row_scale(i, scale, model)
+    multiply(linear.K, room, part, out)
+    for i in range(n_v):
+        x[i] -= out[i]
+    for i in range(n_v, W.size):
+        part[i] = part[i] if rows[i - n_v].stiffness > 0.0 else 0.0
+    multiply(room.values, room, part, out)
+    for i in range(n_v):
+        x[i] -= out[i]
+    if rows.size > 0:
+        for i in range(W.size):
+            part[i] = W[i] / _row_scale(i, scale, model) if i >= n_v else 0.0
+        multiply(linear.A, room, part, out)
+        for i in range(n_v):
+            x[i] -= out[i]
+
+
 @indirect(_I(_I, _I, RECORDED_STEPS, SPARSE, SPARSE, MODEL, INTEGERS, WORKSPACE, LINEAR, COLOURS, MATRIX, MATRIX))
 def pull_back(first, last, recorded, room, matrix, model, models, work, linear, colours, derivatives, found):
     """Take derivatives of values by the state at the end of step `last` back to the start of step `first`.
@@ -245,10 +298,12 @@ def pull_back(first, last, recorded, room, matrix, model, models, work, linear, 
         t, h, c, f = _load(n, recorded, model, work)
         scale = method.scale_of(h, work.options)
         _find_rows(t, h, recorded.counts[TIMED] != 0, model, models, work, linear)
-        _assemble(t, h, n, recorded, scale, model, work, room, colours, parts[0])
+        _assemble(t, h, n, recorded, scale, model, work, room, colours, linear, parts[0])
         transpose(room.values, matrix)
         if sparse_lu.factor(matrix) != 0:
             return n + 1
+        if colours.inexact[0] == 0:
+            _exchange(t, h, n, recorded, scale, model, work, room)
         for q in range(values):
             W, x, y, w = linear.W[q], derivatives[q, :n_v], derivatives[q, n_v : 2 * n_v], derivatives[q, 2 * n_v :]
             _turn(work.dq, 0, model, x, right[:n_v])
@@ -274,7 +329,10 @@ def pull_back(first, last, recorded, room, matrix, model, models, work, linear, 
             _turn(work.dq, 1, model, x, parts[2])
             for i in range(n_v):
                 x[i] = parts[2, i]
-        _pull_back_coordinates(t, h, n, recorded, model, work, linear, colours, derivatives)
+            if colours.inexact[0] == 0:
+                _subtract_by_start(scale, W, model, room, linear, x)
+        if colours.inexact[0] != 0:
+            _pull_back_coordinates(t, h, n, recorded, model, work, linear, colours, derivatives)
     return -1
 
 
@@ -295,6 +353,14 @@ def _pull_back_coordinates(t, h, n, recorded, model, work, linear, colours, deri
                 derivatives[q, j] -= total / work.weight[j]
 
 
+def is_mirrored(model):
+    """Whether tangents of a step are exact and its forces do not change where its ends are exchanged."""
+    if np.any(np.isin(model.blocks["kind"], (ANGLE, ROTATION))):
+        return False
+    own = ((family.adjoint, family.records(model)) for family in whole())
+    return all(support is not None and every(support.mirrored, found) for support, found in own if found.size)
+
+
 def colours_of(model, matrix):
     """Colours of the coordinates of a model by the pattern of its matrix: `Colours`; not compiled."""
     n_v, table, later, unknown = int(model.info.nv), matrix.table, matrix.later, matrix.unknown
@@ -309,7 +375,6 @@ def colours_of(model, matrix):
     for b, others in enumerate(beside):
         for j in own[b]:
             rows[j] = np.sort(np.concatenate([own[k] for k in sorted(others)]))
-    exact = bool(np.all(is_of(model.blocks, "points"))) and n_u == n_v
     taken: list = []
     members: list = []
     coordinates = 0
@@ -329,7 +394,7 @@ def colours_of(model, matrix):
         columns=np.concatenate([*members, none]).astype(np.int64),
         first=np.cumsum(first),
         rows=np.concatenate([*rows, none]).astype(np.int64),
-        inexact=np.array([0 if exact else 1]),
+        inexact=np.array([0 if is_mirrored(model) else 1]),
         moving=np.array([coordinates if n_u > n_v else len(taken)]),
         stencil=np.array(STENCILS[1 if cubic(model) else 0]),
         base=np.zeros(int(model.info.ny)),

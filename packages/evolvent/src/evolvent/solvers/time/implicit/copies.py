@@ -294,16 +294,18 @@ class Copies:
     def _held(self, which: Array, times: Array) -> Array:
         """Rows that are constraints and hold at times (k,), s: (k, nj) bool (`redundancy.is_held`)."""
         assert self.rows is not None
-        rows = self.rows[which]
-        return np.asarray((rows["stiffness"] == 0.0) & (times[:, None] <= rows["until"]))
+        stiffness, until = self.rows["stiffness"][which], self.rows["until"][which]
+        return np.asarray((stiffness == 0.0) & (times[:, None] <= until))
 
     def _is_due(self, which: Array, after: Array) -> Array:
         """Whether the rank of the constraints of copies may have changed (`redundancy.Ranks.is_due`), (k,) bool."""
         if self.rows is None:
             return np.zeros(which.size, dtype=bool)
-        own = self.rows["alone"][which] == 0
-        others = np.any((self._ranked[which] != self._held(which, after)) & own, axis=1)
-        return np.asarray(others | (self._ranked_latches[which] != self.loop["latches"][which]))
+        due = self._ranked_latches[which] != self.loop["latches"][which]
+        if not due.all():
+            own = self.rows["alone"][which] == 0
+            due |= np.any((self._ranked[which] != self._held(which, after)) & own, axis=1)
+        return np.asarray(due)
 
     def _find_ranks(self, which: Array, after: Array) -> None:
         """Find the ranks of the constraints of copies just after the times reached, (count,) float, s.

@@ -6,9 +6,9 @@ from numba import types, void
 
 from evolvent.algebra.sparse import SPARSE
 from evolvent.algebra.sparse_lu import factor
-from evolvent.compiled.jit import INTEGERS, VECTOR, indirect
+from evolvent.compiled.jit import INTEGERS, MATRIX, REAL, VECTOR, indirect
 from evolvent.compiled.pointer import at_address, number_at, put_number_at
-from evolvent.equations.implicit import residual, tangent
+from evolvent.equations.implicit import measure_constraints, residual, tangent
 from evolvent.model import MODEL
 from evolvent.solvers.time.implicit.alpha_tangent import SHORT
 from evolvent.solvers.time.implicit.loop import advance, begin, restart
@@ -67,6 +67,32 @@ def count_open(which, after, models, matrices, works, moves, origin, apart, la, 
         residual(after[k], work.y, dv, la, 0.0, 1.0, apart, r, powers)
         tangent(after[k], work.y, la, c_mass, 0.0, c_mass * work.options.mass, apart, matrix)
         codes[k] = factor(matrix)
+
+
+@indirect(void(INTEGERS, REAL, VECTOR, VECTOR, _INTEGERS_2D, INTEGERS, MATRIX, MODEL, INTEGERS))
+def misfit_many(which, t, y, most, moves, places, numbers, apart, codes):
+    """Number of constraints that the start of some copies does not meet (`start.check_start`), to `codes`.
+
+    Parameters
+    ----------
+    t : float, s; y : (ny,) float, the start
+    most : (2,) float, as of `start.misfits`
+    moves : (m, 3) int, address in `apart`, address in the model of all copies, and words of what the former takes over
+    places : (p,) int, addresses in `apart`; numbers : (n, p) float, what each copy has there, integers by their bits
+    apart : model that may be evaluated
+    """
+    for k in which:
+        for i in range(moves.shape[0]):
+            for w in range(moves[i, 2]):
+                put_number_at(moves[i, 0] + 8 * w, number_at(moves[i, 1] + 8 * w))
+        for i in range(places.size):
+            put_number_at(places[i], numbers[k, i])
+        measure_constraints(t, y, apart)
+        codes[k] = 0
+        for j in range(apart.constraints.size):
+            row = apart.constraints[j]
+            if row.stiffness == 0.0 and t <= row.until and not (abs(row.gap) <= most[0] and abs(row.rate) <= most[1]):
+                codes[k] += 1
 
 
 @indirect(void(INTEGERS, VECTOR, INTEGERS, INTEGERS, INTEGERS, INTEGERS))

@@ -15,7 +15,7 @@ from evolvent.equations.rhs import rhs
 from evolvent.model.powers import DRIVEN, SPOOLS
 from evolvent.model.questions import Equations
 from evolvent.model.registry import asked
-from evolvent.solvers.common.balance import dissipated, energy, extend, lost, potential, worked
+from evolvent.solvers.common.balance import columns, dissipated, energy, extend, lost, potential, worked
 from evolvent.solvers.time.implicit.balance import fill_energies
 from evolvent.solvers.time.implicit.samples import begin_next
 from evolvent.solvers.time.implicit.workspace import Workspace
@@ -78,6 +78,6 @@ def _go_on(model: mdl.Model, before: np.ndarray, y: np.ndarray, kept: tuple[np.n
 
 def write_accounts(model: mdl.Model, y: np.ndarray, balance: Any) -> None:
     """Write what an energy balance holds into the accounts of states (nt, ny), where explicit methods have it."""
-    accounts = y[:, int(model.info.nq + model.info.nv) :]
-    accounts[:, mdl.DISSIPATED], accounts[:, mdl.SPOOL] = dissipated(balance), balance.spools
-    accounts[:, mdl.LOAD], accounts[:, mdl.DRIVE] = balance.loads, balance.drives
+    accounts, of = y[:, int(model.info.nq + model.info.nv) :], columns(balance)
+    accounts[:, mdl.DISSIPATED], accounts[:, mdl.SPOOL] = dissipated(of), of.spools
+    accounts[:, mdl.LOAD], accounts[:, mdl.DRIVE] = of.loads, of.drives
