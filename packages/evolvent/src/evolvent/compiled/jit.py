@@ -11,6 +11,7 @@ import functools
 import importlib
 import inspect
 import math
+import operator
 import os
 import subprocess
 import sys
@@ -28,6 +29,7 @@ from numba.core import cgutils
 from numba.core.errors import NumbaExperimentalFeatureWarning, TypingError
 from numba.core.typing.templates import infer, make_intrinsic_template
 
+from evolvent.compiled import lanes
 from evolvent.compiled.codecache.files import say_once
 from evolvent.compiled.codecache.folder import is_own
 from evolvent.compiled.codecache.linked import Linked
@@ -73,6 +75,11 @@ class Kernel(Linked):
     def __call__(self, *arguments: Any) -> Any:  # noqa: D102
         with compilers.compiling:
             return _call(self.dispatcher, arguments)
+
+    @property
+    def place(self) -> str:
+        """Where it is found in its module."""
+        return self.py_func.__qualname__
 
     @functools.cached_property
     def dispatcher(self) -> Any:
@@ -231,12 +238,21 @@ class Indirect(Linked):
     used_for : what a model must have for it to be called, as of `evolvent.model.having`; None for nothing
     """
 
-    def __init__(self, function: Callable, signature: Any, *, disjoint: bool = False, used_for: Any = None) -> None:
+    def __init__(
+        self, function: Callable, signature: Any, *, disjoint: bool = False, used_for: Any = None, of: str = ""
+    ) -> None:
         self.py_func, self.signature, self._disjoint, self.used_for = function, signature, disjoint, used_for
         self.is_own, self.options = is_own(function.__module__), f"{signature} disjoint={disjoint}"
         functools.update_wrapper(self, function)
-        self.slot = _free_slot(f"{function.__module__}.{function.__qualname__}")
+        self.place = f"{function.__qualname__}{of}"
+        self.slot = _free_slot(f"{function.__module__}.{self.place}")
         _BY_SLOT[self.slot] = self
+
+    @functools.cached_property
+    def lanes(self) -> Indirect:
+        """The same function for copies side by side (`compiled.lanes`)."""
+        signature, own = lanes.lane_signature(self.signature), self.py_func
+        return Indirect(own, signature, disjoint=self._disjoint, used_for=self.used_for, of=".lanes")
 
     def around(self, function: Callable) -> Indirect:
         """Itself: its place in the table is its own."""
@@ -257,6 +273,8 @@ class Indirect(Linked):
         return types.Function(template)
 
     def _define(self, arguments: tuple[Any, ...]) -> Any:
+        if any(lanes.is_of_lanes(kind) for kind in arguments) and lanes.lane_signature(self.signature) != self.signature:
+            return self.lanes._define(arguments)
         signature = self.signature
         if len(arguments) != len(signature.args):
             raise TypingError(f"{self.py_func.__name__} takes {len(signature.args)} arguments, not {len(arguments)}")
@@ -377,7 +395,7 @@ def _compile(missing: list[Any]) -> None:
 
 def _compile_aside(functions: list[Any]) -> subprocess.Popen | None:
     """Start a process that compiles functions into the cache, but those that are there by then."""
-    names = [(function.py_func.__module__, function.py_func.__qualname__) for function in functions]
+    names = [(function.py_func.__module__, function.place) for function in functions]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     try:
         return subprocess.Popen(
@@ -401,7 +419,7 @@ def functions() -> list[Any]:
 def compile_named(names: list[tuple[str, str]]) -> None:
     """Compile functions, given as modules and names, into the cache, but those that are there by then."""
     for module, name in names:
-        function = getattr(importlib.import_module(module), name)
+        function = operator.attrgetter(name)(importlib.import_module(module))
         if not compilers.is_kept(function.dispatcher, function.signature):
             with compilers.compiling:
                 function.dispatcher.compile(function.signature)

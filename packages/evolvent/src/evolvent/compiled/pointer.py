@@ -28,7 +28,8 @@ from numba.core import cgutils
 from numba.core.imputils import lower_getattr_generic
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
 from numba.extending import NativeValue, intrinsic, lower_cast, models, register_model, typeof_impl, unbox
-from numba.np import numpy_support
+
+from evolvent.compiled.lane_types import LANES, lane_dtype, numba_dtype
 
 
 class Field(NamedTuple):
@@ -230,6 +231,28 @@ class Struct:
         return found
 
 
+class LaneStruct(Struct):
+    """Base of the structs for copies side by side: lane numbers where the struct of one model, `of`, has floats."""
+
+    of: ClassVar[type[Struct]] = Struct
+
+    @classmethod
+    def _further(cls) -> dict[str, Field]:
+        return {name: _lane_field(field) for name, field in cls.of._fields.items()}
+
+
+@functools.cache
+def lane_struct(kind: type[Struct]) -> type[LaneStruct]:
+    """The struct for lanes of a struct of one model."""
+    return type(f"{kind.__name__}Lanes", (LaneStruct,), {"of": kind})
+
+
+def _lane_field(field: Field) -> Field:
+    if field.struct is not None:
+        return field._replace(struct=lane_struct(field.struct))
+    return field if field.value is not None else field._replace(dtype=lane_dtype(field.dtype))
+
+
 def _rebuild(kind: type[Struct], values: dict[str, Any]) -> Any:
     return kind(**values)
 
@@ -294,7 +317,7 @@ def _unbox(kind: StructType, value: Any, c: Any) -> NativeValue:
 def _numba_type(field: Field) -> types.Type:
     if field.struct is not None:
         return field.struct._numba_type_
-    item = numpy_support.from_dtype(field.dtype)
+    item = numba_dtype(field.dtype)
     return item if field.ndim == 0 else types.Array(item, field.ndim, "C")
 
 
@@ -355,7 +378,8 @@ def on_stack(kind: type[Struct], *arguments: str, **places: str) -> Any:
     layout = repr([(name, field.words, chosen.get(name)) for name, field in fields])
 
     def struct_on_stack(typing_context: Any, *kinds: Any) -> Any:
-        result = kind._numba_type_
+        has_lanes = any(isinstance(one, types.Array) and one.dtype == LANES for one in kinds)
+        result = lane_struct(kind)._numba_type_ if has_lanes else kind._numba_type_
 
         def codegen(context: Any, builder: Any, signature: Any, values: Any) -> Any:
             integer, words = ir.IntType(64), []
