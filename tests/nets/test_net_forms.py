@@ -62,9 +62,16 @@ def test_lattice_on_a_paraboloid(book: Book) -> None:
     np.testing.assert_allclose(ties, tension, rtol=1e-12)
 
 
-def test_form_of_compas_fd(book: Book) -> None:
-    """A net between ribs, with uneven force densities and loads, against stored results of compas_fd."""
-    stored = json.loads((pathlib.Path(__file__).parent / "data" / "compas_fd.json").read_text(encoding="utf-8"))
+def stored_of(program: str) -> dict[str, Any]:
+    """Results of another program, of `benchmarks/peers/nets_with_*.py`."""
+    found: dict[str, Any] = json.loads((pathlib.Path(__file__).parent / "data" / f"{program}.json").read_text("utf-8"))
+    return found
+
+
+@pytest.mark.parametrize(("program", "called"), [("compas_fd", "compas_fd 0.5.4"), ("jax_fdm", "jax-fdm 0.14.1")])
+def test_forms_of_other_programs(program: str, called: str, book: Book) -> None:
+    """A net between ribs, with uneven force densities and loads, against stored results of other programs."""
+    stored = stored_of(program)
     start, cords, rim = np.array(stored["nodes"]), np.array(stored["cords"]), np.array(stored["rim"])
     edge = np.zeros(len(cords), dtype=bool)
     topology = Topology(start[:, :2], cords, np.zeros((0, 3), dtype=int), np.sort(rim), edge)
@@ -73,8 +80,25 @@ def test_form_of_compas_fd(book: Book) -> None:
     tension = density * np.linalg.norm(np.diff(x[cords], axis=1)[:, 0], axis=1)
     off = max(np.abs(x - stored["x"]).max() / 10.0, np.abs(tension / stored["tension"] - 1.0).max())
     book(
-        CHAPTER, "Net between eight ribs, nodes and tensions", reference="compas_fd 0.5.4", source="another code",
+        CHAPTER, "Net between eight ribs, nodes and tensions", reference=called, source="another code",
         error=float(off), allowed=1e-11,
+    )  # fmt: skip
+
+
+def test_gradient_of_jax_fdm(tmp_path: pathlib.Path, book: Book) -> None:
+    """Derivatives of the rms by the lengths of elastic cords, against automatic differentiation of forms by jax-fdm."""
+    stored = stored_of("jax_fdm")
+    elastic, path = stored["elastic"], tmp_path / "ribs.json"
+    path.write_text(json.dumps({key: stored[key] for key in ("nodes", "cords", "rim")} | {"facets": elastic["facets"]}))
+    surface = {"paraboloid": {"focal_length": 4.0, "diameter": 10.0}}
+    found = system(net_of(surface=surface, topology={"file": {"file": str(path)}}, ties=None)).reflector()
+    np.testing.assert_allclose(found.cut_lengths, elastic["natural"], rtol=1e-12)
+    assert found.error.half_path == pytest.approx(elastic["rms"], rel=1e-11)
+    slopes = np.array(elastic["by_natural"])
+    book(
+        CHAPTER, "Rms of a net between ribs, derivatives by lengths", reference="jax-fdm 0.14.1",
+        source="another code", error=float(np.abs(found.sensitivity - slopes).max() / np.abs(slopes).max()),
+        allowed=1e-7,
     )  # fmt: skip
 
 

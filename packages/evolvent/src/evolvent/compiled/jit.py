@@ -167,8 +167,8 @@ def _free_slot(name: str) -> int:
 def _load_now(slot: int) -> None:
     """Load a function that compiled code calls, which is not loaded; where it still is not, that code raises."""
     try:
-        loaded_late.append(_BY_SLOT[slot])
-        load([_BY_SLOT[slot]])
+        loaded_late.append(at_slot(slot))
+        load([at_slot(slot)])
     except BaseException as error:  # noqa: BLE001  (no exception passes through compiled code)
         _refused.append(error)
 
@@ -408,6 +408,9 @@ def _compile_aside(functions: list[Any]) -> subprocess.Popen | None:
 
 def at_slot(slot: int) -> Any:
     """Function made by `indirect` at an index of `ADDRESSES`."""
+    if slot not in _BY_SLOT:  # one for lanes, which is made when it is asked for
+        for one in [*_BY_SLOT.values()]:
+            one.lanes  # noqa: B018
     return _BY_SLOT[slot]
 
 
