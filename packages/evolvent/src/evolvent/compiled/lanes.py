@@ -82,8 +82,9 @@ def _one(context: Any, builder: Any, from_type: Any, to_type: Any, value: Any) -
 
 
 @lower_cast(types.Array(LANES, 1, "C"), types.Array(f8, 1, "C"))
+@lower_cast(types.Array(f8, 1, "C"), types.Array(LANES, 1, "C"))
 def _never(context: Any, builder: Any, from_type: Any, to_type: Any, value: Any) -> Any:
-    """An array that a user's law is called with: the copies go on alone."""
+    """An array that a user's law or an expression is called with: the copies go on alone."""
     with builder.if_then(ir.IntType(1)(1)):
         context.call_conv._return_errcode_raw(builder, ir.IntType(32)(PARTED))
     return ir.Constant(context.get_value_type(to_type), ir.Undefined)
@@ -176,8 +177,14 @@ def _compared(how: str) -> Callable[..., Any]:
 
 
 def _chosen(how: str) -> Callable[..., Any]:
-    """The second of two values where it compares so with the first, as Python's min and max do."""
-    return lambda context, builder, a, b: builder.select(builder.fcmp_ordered(how, b, a), b, a)
+    """Of values the first, but a later one that compares so with it, as Python's min and max do."""
+
+    def build(context: Any, builder: Any, found: Any, *others: Any) -> Any:
+        for other in others:
+            found = builder.select(builder.fcmp_ordered(how, other, found), other, found)
+        return found
+
+    return build
 
 
 def _finite(context: Any, builder: Any, x: Any) -> Any:
@@ -213,6 +220,9 @@ _TWO: list[tuple[tuple[Any, ...], Callable[..., Any]]] = [
 for _functions, _build in _TWO:
     for _function in _functions:
         _define(_function, (LANES, LANES), LANES, _build)
+for _count in (3, 4):
+    _define(min, (LANES,) * _count, LANES, _chosen("<"))
+    _define(max, (LANES,) * _count, LANES, _chosen(">"))
 for _function in (operator.pow, operator.ipow):
     _define(_function, (LANES, i8), LANES, _each(operator.pow, f8, i8))
 for _function in (
