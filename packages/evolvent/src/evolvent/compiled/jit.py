@@ -132,11 +132,11 @@ def entry(*kinds: Any) -> Callable[[Any], Any]:
 
 # ------------------------------------------------------------------------------------------------ calls by address
 
-#: Places for functions that are called by address.
+#: Places for functions that are called by address; as many follow, in the same order, for those for lanes.
 _SLOTS = 1 << 20
 #: Index 0: address of `_load_now`. The others: of the functions made by `indirect`, that of `_not_loaded`, which stands
 #: at index 1, until they are loaded. A struct that such functions take refers to this table.
-ADDRESSES = np.zeros(2 + _SLOTS, dtype=np.int64)
+ADDRESSES = np.zeros(2 + 2 * _SLOTS, dtype=np.int64)
 #: Status that `_not_loaded` returns, which no function of numba does.
 _NOT_LOADED = -77
 _BY_SLOT: dict[int, Any] = {}
@@ -239,20 +239,24 @@ class Indirect(Linked):
     """
 
     def __init__(
-        self, function: Callable, signature: Any, *, disjoint: bool = False, used_for: Any = None, of: str = ""
-    ) -> None:
+        self, function: Callable, signature: Any, *, disjoint: bool = False, used_for: Any = None,
+        of: Indirect | None = None,
+    ) -> None:  # fmt: skip
         self.py_func, self.signature, self._disjoint, self.used_for = function, signature, disjoint, used_for
         self.is_own, self.options = is_own(function.__module__), f"{signature} disjoint={disjoint}"
         functools.update_wrapper(self, function)
-        self.place = f"{function.__qualname__}{of}"
-        self.slot = _free_slot(f"{function.__module__}.{self.place}")
-        _BY_SLOT[self.slot] = self
+        self.place = function.__qualname__ if of is None else f"{of.place}.lanes"
+        if of is None:
+            self.slot = _free_slot(f"{function.__module__}.{self.place}")
+            _BY_SLOT[self.slot] = self
+        else:
+            self.slot = lane_slot(of.slot)
 
     @functools.cached_property
     def lanes(self) -> Indirect:
         """The same function for copies side by side (`compiled.lanes`)."""
-        signature, own = lanes.lane_signature(self.signature), self.py_func
-        return Indirect(own, signature, disjoint=self._disjoint, used_for=self.used_for, of=".lanes")
+        signature = lanes.lane_signature(self.signature)
+        return Indirect(self.py_func, signature, disjoint=self._disjoint, used_for=self.used_for, of=self)
 
     def around(self, function: Callable) -> Indirect:
         """Itself: its place in the table is its own."""
@@ -261,20 +265,12 @@ class Indirect(Linked):
     @functools.cached_property
     def _numba_type_(self) -> Any:
         """What compiled code sees: a function of one signature, which calls the address."""
+        return _intrinsic(self, self.py_func, self._define)
 
-        def define(typing_context: Any, *arguments: Any) -> Any:
-            return self._define(arguments)
-
-        own = inspect.signature(self.py_func)
-        first = inspect.Parameter("typing_context", inspect.Parameter.POSITIONAL_OR_KEYWORD)
-        define.__signature__ = own.replace(parameters=[first, *own.parameters.values()])  # type: ignore[attr-defined]
-        template = make_intrinsic_template(self, define, self.py_func.__name__)
-        infer(template)
-        return types.Function(template)
-
-    def _define(self, arguments: tuple[Any, ...]) -> Any:
+    def _define(self, arguments: tuple[Any, ...], *, parts: bool = False) -> Any:
+        """Signature and code of a call; where lanes may part there, the status of that is what it returns."""
         if any(lanes.is_of_lanes(kind) for kind in arguments) and lanes.lane_signature(self.signature) != self.signature:
-            return self.lanes._define(arguments)
+            return self.lanes._define(arguments, parts=parts)
         signature = self.signature
         if len(arguments) != len(signature.args):
             raise TypingError(f"{self.py_func.__name__} takes {len(signature.args)} arguments, not {len(arguments)}")
@@ -284,6 +280,8 @@ class Indirect(Linked):
         def codegen(context: Any, builder: Any, _: Any, values: Any) -> Any:
             called = context.call_conv.get_function_type(signature.return_type, signature.args).as_pointer()
             table, at = load_attribute(context, builder, kind, values[holder], "addresses").data, cgutils.intp_t(slot)
+
+            no = ir.IntType(1)(0)
 
             def call(address: Any) -> Any:
                 pointer = builder.inttoptr(address, called)
@@ -300,7 +298,10 @@ class Indirect(Linked):
                             context.call_conv.return_status_propagate(builder, again)
                         builder.store(result, kept)
                     with has_failed:
-                        context.call_conv.return_status_propagate(builder, status)
+                        with builder.if_then(builder.not_(lanes.has_parted(builder, status.code) if parts else no)):
+                            context.call_conv.return_status_propagate(builder, status)
+                        if parts:
+                            builder.store(builder.sext(status.code, result.type), kept)
             return builder.load(kept)
 
         return signature, codegen
@@ -327,6 +328,40 @@ class Indirect(Linked):
     def __call__(self, *arguments: Any) -> Any:  # noqa: D102
         load([self])
         return _call(self.dispatcher, arguments)
+
+
+class Attempt(Linked):
+    """A function for lanes that returns an integer, called so that it returns as well where its lanes part.
+
+    It then returns the status of that (`lanes.PARTED`).
+    """
+
+    def __init__(self, of: Indirect) -> None:
+        self.of, self.py_func, self.slot, self.signature = of, of.py_func, of.slot, of.signature
+        self.is_own, self.options = of.is_own, f"attempt {of.options}"
+
+    def around(self, function: Callable) -> Attempt:
+        """Itself."""
+        return self
+
+    @functools.cached_property
+    def _numba_type_(self) -> Any:
+        """What compiled code sees."""
+        return _intrinsic(self, self.py_func, functools.partial(self.of._define, parts=True))
+
+
+def _intrinsic(key: Any, function: Callable, define_call: Callable) -> Any:
+    """Type in compiled code of a function whose calls are defined by the types of their arguments."""
+
+    def define(typing_context: Any, *arguments: Any) -> Any:
+        return define_call(arguments)
+
+    own = inspect.signature(function)
+    first = inspect.Parameter("typing_context", inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    define.__signature__ = own.replace(parameters=[first, *own.parameters.values()])  # type: ignore[attr-defined]
+    template = make_intrinsic_template(key, define, function.__name__)
+    infer(template)
+    return types.Function(template)
 
 
 def unload() -> None:
@@ -408,10 +443,12 @@ def _compile_aside(functions: list[Any]) -> subprocess.Popen | None:
 
 def at_slot(slot: int) -> Any:
     """Function made by `indirect` at an index of `ADDRESSES`."""
-    if slot not in _BY_SLOT:  # one for lanes, which is made when it is asked for
-        for one in [*_BY_SLOT.values()]:
-            one.lanes  # noqa: B018
-    return _BY_SLOT[slot]
+    return _BY_SLOT[slot - _SLOTS].lanes if slot >= 2 + _SLOTS else _BY_SLOT[slot]
+
+
+def lane_slot(slot: int) -> int:
+    """Index in `ADDRESSES` of the function for lanes of one at an index."""
+    return slot + _SLOTS
 
 
 def functions() -> list[Any]:

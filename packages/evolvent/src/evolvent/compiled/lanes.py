@@ -30,6 +30,11 @@ _ALL = (1 << WIDTH) - 1
 _MASK = ir.IntType(WIDTH)
 
 
+def has_parted(builder: Any, code: Any) -> Any:
+    """Whether a status is that of lanes that have parted."""
+    return builder.icmp_signed("<=", code, code.type(PARTED))
+
+
 def _splat(builder: Any, number: Any) -> Any:
     """The same float in all lanes."""
     if isinstance(number, ir.Constant):

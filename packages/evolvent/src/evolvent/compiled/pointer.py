@@ -413,6 +413,10 @@ if config.DISABLE_JIT:
         """The number (float64) at an address."""
         return float(ctypes.c_double.from_address(int(address)).value)
 
+    def word_at(address: int) -> int:
+        """The integer (int64) at an address."""
+        return int(ctypes.c_int64.from_address(int(address)).value)
+
     def put_number_at(address: int, value: float) -> None:
         """Write a number (float64) at an address."""
         ctypes.c_double.from_address(int(address)).value = value
@@ -432,6 +436,15 @@ else:
             return builder.load(builder.inttoptr(args[0], ir.DoubleType().as_pointer()))
 
         return types.float64(types.int64), codegen
+
+    @intrinsic
+    def word_at(typing_context, address):  # type: ignore[no-untyped-def]
+        """The integer (int64) at an address."""
+
+        def codegen(context, builder, sig, args):  # type: ignore[no-untyped-def]
+            return builder.load(builder.inttoptr(args[0], ir.IntType(64).as_pointer()))
+
+        return types.int64(types.int64), codegen
 
     @intrinsic
     def put_number_at(typing_context, address, value):  # type: ignore[no-untyped-def]
