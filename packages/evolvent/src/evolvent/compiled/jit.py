@@ -269,7 +269,10 @@ class Indirect(Linked):
 
     def _define(self, arguments: tuple[Any, ...], *, parts: bool = False) -> Any:
         """Signature and code of a call; where lanes may part there, the status of that is what it returns."""
-        if any(lanes.is_of_lanes(kind) for kind in arguments) and lanes.lane_signature(self.signature) != self.signature:
+        if (
+            any(lanes.is_of_lanes(kind) for kind in arguments)
+            and lanes.lane_signature(self.signature) != self.signature
+        ):
             return self.lanes._define(arguments, parts=parts)
         signature = self.signature
         if len(arguments) != len(signature.args):

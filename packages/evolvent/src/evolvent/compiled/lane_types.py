@@ -17,7 +17,7 @@ from numba.extending import models, register_model
 from numba.np import numpy_support
 
 #: Number of copies.
-WIDTH = int(__import__("os").environ.get("LANES", "8"))
+WIDTH = 8
 #: A lane number in memory.
 LANE = np.dtype([("lanes", np.float64, (WIDTH,))])
 VECTOR_OF_LANES = ir.VectorType(ir.DoubleType(), WIDTH)

@@ -19,7 +19,7 @@ from numba import f8, i8, types
 from numba.core import cgutils
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.experimental.function_type import FunctionModel
-from numba.extending import intrinsic, lower_builtin, lower_cast, register_model
+from numba.extending import lower_builtin, lower_cast, register_model
 
 from evolvent.compiled.lane_types import LANES, VECTOR_OF_LANES, WIDTH, LanesType
 from evolvent.compiled.pointer import LaneStruct, StructType, lane_struct
@@ -146,7 +146,9 @@ def _each(function: Any, *kinds: Any) -> Callable[..., Any]:
         return _together(
             builder,
             [
-                found(builder, [v if kind == i8 else _lane(builder, v, k) for v, kind in zip(values, kinds, strict=True)])
+                found(
+                    builder, [v if kind == i8 else _lane(builder, v, k) for v, kind in zip(values, kinds, strict=True)]
+                )
                 for k in range(WIDTH)
             ],
         )

@@ -114,9 +114,7 @@ class Lanes:
 
     def __init__(self, runs: Sequence[ExplicitRun]) -> None:
         self.runs = list(runs)
-        fields = [
-            f"{family}.{field}" for family, callers in asked("parts.calls").items() for field in callers.values()
-        ]
+        fields = [f"{family}.{field}" for family, callers in asked("parts.calls").items() for field in callers.values()]
         self._models = LaneCopies([run.model for run in runs], slots={*TABLES, *fields})
         apart = {*_WRITTEN, *(f"loop.{name}" for name in _COUNTS)}
         self._works = LaneCopies([run.work for run in runs], apart=apart)
@@ -205,10 +203,14 @@ class Lanes:
         for c in fewer:
             self._away[c] = self._grid(c) + self._wait
 
-    def _try(self, group: list[int], steps: int) -> int:
+    def _try(self, group: Sequence[int], steps: int) -> int:
         """Put copies into the lanes and go on for some steps."""
         self._models.gather(group)
         self._works.gather(group)
+        return self.step(steps)
+
+    def step(self, steps: int) -> int:
+        """Go on with what is in the lanes; returns the status of `advance_lanes`, copies do not change."""
         for name in _COUNTS:
             self.work.loop[name] = 0
         self.model.info["stepping"] = 1
@@ -223,17 +225,20 @@ class Lanes:
         self._works.scatter(group)
         self.counts["side by side"] += len(group) * int(self.work.loop["steps"])
         fired, last = int(self.work.loop["fired"]), int(self.work.loop["sample"])
+        counts = [(name, int(self.work.loop[name])) for name in _COUNTS if self.work.loop[name]]
         for k, c in enumerate(group):
             run = self.runs[c]
             while int(run.work.loop.fired) + fired > run.work.log_t.size:
                 run.work = grow_log(run.work)
-            at = slice(int(run.work.loop.fired), int(run.work.loop.fired) + fired)
-            run.work.log_t[at] = self.work.log_t["lanes"][:fired, k]
-            run.work.log_k[at] = self.work.log_k[:fired]
-            for name in _COUNTS:
-                run.work.loop[name] += self.work.loop[name]
-            run.work.out_y[self._first : last] = self.work.out_y["lanes"][self._first : last, :, k]
-            run.work.out_s[self._first : last] = self.work.out_s[self._first : last]
+            if fired > 0:
+                at = slice(int(run.work.loop.fired), int(run.work.loop.fired) + fired)
+                run.work.log_t[at] = self.work.log_t["lanes"][:fired, k]
+                run.work.log_k[at] = self.work.log_k[:fired]
+            for name, count in counts:
+                run.work.loop[name] += count
+            if last > self._first:
+                run.work.out_y[self._first : last] = self.work.out_y["lanes"][self._first : last, :, k]
+                run.work.out_s[self._first : last] = self.work.out_s[self._first : last]
 
 
 def _tableau(run: ExplicitRun) -> Any:
