@@ -23,6 +23,7 @@ import numpy as np
 import evolvent
 from evolvent import System, elements, parts
 from evolvent.compiled.lane_types import WIDTH
+from evolvent.compiled.lanes import PARTED
 from evolvent.solvers.time.explicit import lanes
 from evolvent.solvers.time.explicit.plan import plan
 from evolvent.solvers.time.explicit.run import ExplicitRun
@@ -98,7 +99,7 @@ def measure(name: str, repeat: int) -> dict[str, Any]:
         code = group.step(STEPS)
         third = time.perf_counter()
         best[0] = min(best[0], second - first)
-        if code > lanes.PARTED:
+        if code > PARTED:
             best[1] = min(best[1], third - second)
     steps = group.counts["side by side"] + group.counts["alone"]
     return {

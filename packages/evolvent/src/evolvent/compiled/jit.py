@@ -245,7 +245,7 @@ class Indirect(Linked):
         self.py_func, self.signature, self._disjoint, self.used_for = function, signature, disjoint, used_for
         self.is_own, self.options = is_own(function.__module__), f"{signature} disjoint={disjoint}"
         functools.update_wrapper(self, function)
-        self.place = function.__qualname__ if of is None else f"{of.place}.lanes"
+        self.place: str = function.__qualname__ if of is None else f"{of.place}.lanes"
         if of is None:
             self.slot = _free_slot(f"{function.__module__}.{self.place}")
             _BY_SLOT[self.slot] = self

@@ -71,7 +71,7 @@ def lane_dtype(dtype: np.dtype) -> np.dtype:
         return np.dtype((lane_dtype(base), shape))
     if dtype.names is None:
         return dtype
-    inner = {name: lane_dtype(dtype.fields[name][0]) for name in dtype.names}
+    inner = {name: lane_dtype(dtype[name]) for name in dtype.names}
     if not any(_has_lanes(one) for one in inner.values()):
         return dtype
     names, offsets, at = sorted(inner, key=lambda name: not _has_lanes(inner[name])), [], 0
@@ -94,7 +94,7 @@ def _has_lanes(dtype: np.dtype) -> bool:
         return _has_lanes(dtype.subdtype[0])
     if dtype.names is None:
         return False
-    return dtype == LANE or any(_has_lanes(dtype.fields[name][0]) for name in dtype.names)
+    return dtype == LANE or any(_has_lanes(dtype[name]) for name in dtype.names)
 
 
 @functools.cache
@@ -107,9 +107,9 @@ def numba_dtype(dtype: np.dtype) -> types.Type:
     if dtype.subdtype is not None:
         base, shape = dtype.subdtype
         return types.NestedArray(numba_dtype(base), shape)
+    places = {name: place[1] for name, place in (dtype.fields or {}).items()}
     fields = [
-        (name, {"type": numba_dtype(kind), "offset": at, "alignment": None})
-        for name, (kind, at) in ((name, dtype.fields[name][:2]) for name in dtype.names)
+        (name, {"type": numba_dtype(dtype[name]), "offset": at, "alignment": None}) for name, at in places.items()
     ]
     return LaneRecord(fields, dtype.itemsize, aligned=True)
 

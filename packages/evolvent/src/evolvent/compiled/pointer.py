@@ -242,7 +242,7 @@ class LaneStruct(Struct):
 
 
 @functools.cache
-def lane_struct(kind: type[Struct]) -> type[LaneStruct]:
+def lane_struct(kind: Any) -> type[LaneStruct]:
     """The struct for lanes of a struct of one model."""
     return type(f"{kind.__name__}Lanes", (LaneStruct,), {"of": kind})
 

@@ -97,7 +97,7 @@ class LaneCopies:
 
     def _join(self, copies: Sequence[Any], path: str, slots: frozenset[str], apart: frozenset[str]) -> Any:
         """The struct for lanes of some structs; notes what moves."""
-        kind, values = lane_struct(type(copies[0])), {}
+        kind, values = lane_struct(type(copies[0])), dict[str, Any]()
         for name, field in kind._fields.items():
             if field.value is not None:
                 continue
@@ -135,8 +135,8 @@ def _fields(lane: np.dtype, own: np.dtype) -> Iterator[tuple[str, np.dtype, int,
     if lane == LANE or lane.names is None:
         yield "", lane, 0, 0
         return
-    for name in lane.names:
-        kind, to = lane.fields[name][:2]
-        if kind.base != LANE and kind.base.names is not None:
+    places, others = (dict(one.fields or {}) for one in (lane, own))
+    for name, place in places.items():
+        if place[0].base != LANE and place[0].base.names is not None:
             raise TypeError(f"{name} is a record in a record")
-        yield name, kind, to, own.fields[name][1]
+        yield name, place[0], place[1], others[name][1]

@@ -50,7 +50,7 @@ class Tableau(Struct):
     tolerances: np.ndarray = array(1)
 
 
-_advance = explicit.advance if config.DISABLE_JIT else Attempt(explicit.advance.lanes)
+_advance: Any = explicit.advance if config.DISABLE_JIT else Attempt(explicit.advance.lanes)
 
 
 @indirect(_I(lane_type(Tableau._numba_type_), lane_type(MODEL), lane_type(ex.WORKSPACE), _I))
