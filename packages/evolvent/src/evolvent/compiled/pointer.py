@@ -241,10 +241,11 @@ class LaneStruct(Struct):
         return {name: _lane_field(field) for name, field in cls.of._fields.items()}
 
 
-@functools.cache
 def lane_struct(kind: Any) -> type[LaneStruct]:
     """The struct for lanes of a struct of one model."""
-    return type(f"{kind.__name__}Lanes", (LaneStruct,), {"of": kind})
+    name = f"{kind.__name__}Lanes"
+    found: Any = _STRUCTS.get(name)
+    return found if found is not None and found.of is kind else type(name, (LaneStruct,), {"of": kind})
 
 
 def _lane_field(field: Field) -> Field:
