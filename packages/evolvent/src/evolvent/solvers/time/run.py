@@ -82,7 +82,10 @@ class MotionRun:
         except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
             failure = law_failure(self.assembly, error, self.moments())
             status, message = "failed", f"{failure}; what was computed is kept"
-        wall_time = clock.perf_counter() - began
+        return self.ended(status, message, clock.perf_counter() - began)
+
+    def ended(self, status: str, message: str, wall_time: float) -> Solution:
+        """What the run has reached, with hints."""
         codecache.mark_warm(self.name)
         found = self.result(status, message, wall_time)
         found.passages = passages(self.assembly)

@@ -119,8 +119,12 @@ class ExplicitRun(run.MotionRun):
             if self.plan.step is None and _shorter(self.work, 1e-6 * self.span):
                 return None
             raise
+        return self.after(code)
+
+    def after(self, code: int) -> run.Ending | None:
+        """How the run has ended when its loop has returned a status code; None where it goes on."""
         if code == ex.LOG_FULL and self.reached - self.filled > CHATTER * self.span:
-            self.work, self.filled = _grow_log(self.work), self.reached
+            self.work, self.filled = grow_log(self.work), self.reached
         elif code != ex.BUDGET:
             return self._ending(code)
         if self.work.loop.steps >= self.check:
@@ -223,7 +227,7 @@ def _shorter(work: ex.ExplicitWorkspace, least: float) -> bool:
     return True
 
 
-def _grow_log(work: ex.ExplicitWorkspace) -> ex.ExplicitWorkspace:
+def grow_log(work: ex.ExplicitWorkspace) -> ex.ExplicitWorkspace:
     """The workspace with room for twice as many events."""
     return work._replace(
         log_t=np.concatenate([work.log_t, np.zeros_like(work.log_t)]),
