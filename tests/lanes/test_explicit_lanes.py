@@ -1,95 +1,126 @@
-"""Copies side by side: each has the bits that it has alone, also where events and slack springs part them."""
+"""Copies side by side: each has the bits of a single run, also where events, slack springs and latches part them."""
+
+from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from evolvent import System, parts
+import evolvent
+from evolvent import InputError, System, parts
+from evolvent.analysis.batch import Batch
 from evolvent.compiled.lane_types import LANE, WIDTH, lane_dtype, lane_zeros
 from evolvent.solvers.time.explicit import lanes
-from evolvent.solvers.time.explicit.plan import plan
-from evolvent.solvers.time.explicit.run import ExplicitRun
 
 CORNERS = ((1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0))
+KEY = "spring 1.stiffness"
+COUNT = WIDTH + 3
+VALUES = np.linspace(150.0, 300.0, COUNT)
+OPTIONS = {"until": 0.45, "method": "rk4", "step": 1e-3}
 
 
-def suspended(stiffness: float, *, slack: bool = False):
-    """A body that hangs on four springs, off its place of rest; it jumps up where they only pull."""
-    velocity, length = (0.0, 3.0 if slack else 0.0, 0.0), 1.4 if slack else 1.1
+def suspended() -> System:
+    """A body that jumps up on four springs, which only pull; an event stops it where it is too high."""
     system = System(gravity=(0.0, -9.81, 0.0))
-    system.add(
-        parts.RigidBody(
-            mass=2.0,
-            inertia=(0.1, 0.2, 0.3),
-            position=(0.02, -1.0, 0.01),
-            velocity=velocity,
-            angular_velocity=(0.3, 0.0, 0.1),
-        ),
-        "body",
-    )
+    body = parts.RigidBody(
+        mass=2.0, inertia=(0.1, 0.2, 0.3), position=(0.02, -1.0, 0.01), velocity=(0.0, 3.0, 0.0),
+        angular_velocity=(0.3, 0.0, 0.1),
+    )  # fmt: skip
+    system.add(body, "body")
     for k, (x, z) in enumerate(CORNERS):
         b = ("body", (0.2 * x, 0.0, 0.2 * z))
-        spring = parts.Spring(a=(x, 0.0, z), b=b, stiffness=stiffness, damping=0.4, length=length, slack=slack)
+        spring = parts.Spring(a=(x, 0.0, z), b=b, stiffness=200.0, damping=0.4, length=1.4, slack=True)
         system.add(spring, f"spring {k + 1}")
-    return system.assemble()
+    return system
 
 
-def side_by_side(assemblies, steps, **options):
-    """Solutions of copies alone and side by side, and what the lanes counted."""
-    alone = [plan(one, **options).run() for one in assemblies]
-    together = lanes.run_together([plan(one, **options) for one in assemblies])
-    for one, other in zip(alone, together, strict=True):
-        assert (other.status, other.message) == (one.status, one.message)
-        np.testing.assert_array_equal(other.t, one.t)
-        np.testing.assert_array_equal(other.y, one.y)
-        np.testing.assert_array_equal(other.s, one.s)
-        np.testing.assert_array_equal(other.event_times, one.event_times)
-        assert {n: other.statistics[n] for n in ("steps", "events", "step")} == {
-            n: one.statistics[n] for n in ("steps", "events", "step")
-        }
-    found = lanes.Lanes([ExplicitRun(plan(one, **options)) for one in assemblies])
-    found.advance(range(len(assemblies)), steps)
-    return found.counts
+def lanes_of(batch: Batch) -> lanes.Lanes:
+    found = batch._copies._lanes  # type: ignore[attr-defined]
+    assert isinstance(found, lanes.Lanes)
+    return found
 
 
-OPTIONS = {"samples": np.linspace(0.0, 0.5, 6), "step": 1e-3}
+@pytest.fixture(autouse=True)
+def compiled_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Functions for lanes are compiled, and lanes are taken, however short the runs."""
+    monkeypatch.setattr(lanes, "COMPILE", 0.0)
+    monkeypatch.setattr(lanes, "FIRST", 16)
+    monkeypatch.setattr(lanes, "JUDGED", 10**9)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("count", [WIDTH, WIDTH + 3, 3])
-def test_copies_have_the_bits_that_they_have_alone(count):
-    counts = side_by_side([suspended(300.0 + 5.0 * k) for k in range(count)], 100, **OPTIONS)
-    assert counts["side by side"] == 100 * count
-    assert counts["parted"] == 0
+@pytest.fixture(scope="module")
+def system() -> System:
+    return suspended()
 
 
-@pytest.mark.slow
-def test_copies_that_branches_part_come_back():
-    counts = side_by_side([suspended(150.0 + 20.0 * k, slack=True) for k in range(WIDTH)], 450, **OPTIONS)
-    assert counts["parted"] > 0
-    assert counts["side by side"] > 100
+@pytest.fixture(scope="module")
+def alone(system: System) -> list[np.ndarray]:
+    runs = [system.with_values({KEY: one}).simulate(**OPTIONS, every=0.45, fine=False) for one in VALUES]
+    return [run["body"].position.values[-1] for run in runs]
 
 
-@pytest.mark.slow
-def test_why_copies_go_alone():
-    def reason(assemblies, **options):
-        return lanes.reason_alone([ExplicitRun(plan(one, **OPTIONS | options)) for one in assemblies])
+@pytest.mark.parametrize("workers", [1, 2])
+def test_copies_have_the_bits_of_single_runs_and_come_back_where_branches_part_them(
+    system: System, alone: list[np.ndarray], workers: int
+) -> None:
+    batch = system.batch(COUNT, workers=workers, **OPTIONS)
+    position = batch.bind("body.position")
+    batch.expand(KEY, VALUES)
+    batch.run()
+    batch.close()
+    assert np.array_equal(position, alone)
+    assert lanes_of(batch).parted > 0
+    assert lanes_of(batch).together > 0.3 * batch._copies.loop["steps"].sum()
 
-    alike = [suspended(300.0 + k) for k in range(3)]
-    assert reason(alike) == ""
-    assert reason(alike[:2]) == "they are fewer than 3"
-    assert reason(alike, method="dopri5", step=None) == "the steps of dopri5 adapt, each copy's to itself"
-    runs = [ExplicitRun(plan(one, **OPTIONS)) for one in alike[:2]]
-    runs.append(ExplicitRun(plan(alike[2], **OPTIONS | {"step": 5e-4})))
-    assert lanes.reason_alone(runs) == "their methods or steps differ"
+
+def test_copies_of_steps_of_their_own_have_the_bits_of_single_runs(system: System) -> None:
+    """Of which each is planned by itself, with steps that differ, and is sampled."""
+    keep, options = ["body.position.last", "energy.last", "steps"], {"until": 0.3, "every": 0.1, "method": "rk4"}
+    found = evolvent.simulate_many(system, {KEY: VALUES.tolist()}, keep[:2], workers=1, **options)
+    for k in (0, COUNT - 1):
+        one = system.with_values({KEY: VALUES[k]}).simulate(keep=keep[:2], **options)
+        for name in keep[:2]:
+            assert np.array_equal(found[name.replace(".", "_")].values[k], one[name])
 
 
-def test_memory_of_lanes_is_aligned():
+def test_copies_that_stop_or_fail_leave_the_others(system: System) -> None:
+    """One stops at an event, one has a mass of which the step is too long; the others have their bits."""
+    own = system.copy()
+    own.add(parts.Event(law="y + 0.62", variables={"y": "body.position.y"}, stops=True), "high")
+    batch = system.batch(4, **OPTIONS)
+    batch.expand(KEY, VALUES[:4])
+    batch.run()
+    assert lanes_of(batch).why_alone == ""
+    assert own.batch(4, **OPTIONS)._copies._lanes.why_alone.startswith("laws of users and expressions")
+    with pytest.raises(InputError, match=r"copy 1: step is 0\.001 s, above the stability limit"):
+        batch.expand("body.mass", [2.0, 1e-4, 2.0, 2.0])
+
+
+def test_why_copies_go_alone(system: System) -> None:
+    assert lanes_of(system.batch(2, **OPTIONS)).why_alone == "they are fewer than 3"
+    adapts = system.batch(3, until=0.1, method="dopri5")
+    assert lanes_of(adapts).why_alone == "the steps of dopri5 adapt, each copy's to itself"
+
+
+def test_functions_for_lanes_are_compiled_only_where_runs_take_longer(
+    system: System, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(lanes, "COMPILE", 1e6)
+    monkeypatch.setattr(lanes, "count_missing", lambda functions: len(functions))
+    monkeypatch.setattr(lanes, "load", lambda functions: pytest.fail("functions are compiled"))
+    batch = system.batch(3, workers=1, **OPTIONS)
+    batch.run()
+    assert batch.status.tolist() == ["running"] * 3
+    assert lanes_of(batch).together == 0
+
+
+def test_memory_of_lanes_is_aligned() -> None:
     own = np.dtype([("index", np.int64), ("length", np.float64), ("R", np.float64, (3, 3))])
     found = lane_dtype(own)
     assert found["index"] == np.int64
     assert found["length"] == LANE
     assert found["R"].shape == (3, 3)
-    assert found.fields["length"][1] % LANE.itemsize == found.fields["R"][1] % LANE.itemsize == 0
+    fields = found.fields or {}
+    assert fields["length"][1] % LANE.itemsize == fields["R"][1] % LANE.itemsize == 0
     assert found.itemsize % LANE.itemsize == 0
     assert lane_zeros((2, 3), found).ctypes.data % LANE.itemsize == 0
     assert lane_dtype(np.dtype([("a", np.int64), ("b", np.int64)])) == np.dtype([("a", np.int64), ("b", np.int64)])

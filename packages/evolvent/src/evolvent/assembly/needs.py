@@ -6,7 +6,7 @@ import dataclasses
 import functools
 import sys
 import weakref
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from types import ModuleType
 from typing import Any
 
@@ -135,11 +135,6 @@ def load(model: Model, *roots: Any, without: frozenset[str] = frozenset()) -> No
     if (roots, without) not in own.roots:
         jit.load(needed(model, roots, own.lacks | without))
         own.roots.add((roots, without))
-
-
-def load_lanes(functions: Iterable[Any]) -> None:
-    """Load the forms for lanes of functions made by `indirect`."""
-    jit.load([one.lanes for one in functions])
 
 
 def note_alike(model: Model, other: Model) -> None:

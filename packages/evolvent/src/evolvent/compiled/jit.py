@@ -133,7 +133,7 @@ def entry(*kinds: Any) -> Callable[[Any], Any]:
 # ------------------------------------------------------------------------------------------------ calls by address
 
 #: Places for functions that are called by address; as many follow, in the same order, for those for lanes.
-_SLOTS = 1 << 20
+_SLOTS = TO_LANES = 1 << 20
 #: Index 0: address of `_load_now`. The others: of the functions made by `indirect`, that of `_not_loaded`, which stands
 #: at index 1, until they are loaded. A struct that such functions take refers to this table.
 ADDRESSES = np.zeros(2 + 2 * _SLOTS, dtype=np.int64)
@@ -250,7 +250,7 @@ class Indirect(Linked):
             self.slot = _free_slot(f"{function.__module__}.{self.place}")
             _BY_SLOT[self.slot] = self
         else:
-            self.slot = lane_slot(of.slot)
+            self.slot = of.slot + TO_LANES
 
     @functools.cached_property
     def lanes(self) -> Indirect:
@@ -402,6 +402,12 @@ def load(functions: Iterable[Any]) -> None:
         function.load()
 
 
+def count_missing(functions: Iterable[Any]) -> int:
+    """How many functions would have to be compiled to load them."""
+    left = [one for one in functions if not one.is_loaded]
+    return sum(not compilers.is_kept(one.dispatcher, one.signature) for one in left)
+
+
 def _compile(missing: list[Any]) -> None:
     """Compile functions, the first ones here and the last ones in another process, until both meet."""
     if PLAIN:
@@ -447,11 +453,6 @@ def _compile_aside(functions: list[Any]) -> subprocess.Popen | None:
 def at_slot(slot: int) -> Any:
     """Function made by `indirect` at an index of `ADDRESSES`."""
     return _BY_SLOT[slot - _SLOTS].lanes if slot >= 2 + _SLOTS else _BY_SLOT[slot]
-
-
-def lane_slot(slot: int) -> int:
-    """Index in `ADDRESSES` of the function for lanes of one at an index."""
-    return slot + _SLOTS
 
 
 def functions() -> list[Any]:

@@ -3,7 +3,7 @@
 Arithmetic and functions take all lanes at once, each lane with the very operations of one copy, so that a copy gets the
 bits that it gets alone. A branch is taken by all copies or by none: where a comparison, or a float that is asked of
 lane numbers, differs between lanes, the function returns at once with a status that tells which lanes found it true,
-and so do its callers, up to one called by `attempt`. The copies then go on alone (`solvers.time.lanes`).
+and so do its callers, up to one called by `jit.Attempt`. The copies then go on alone (`solvers.time.explicit.lanes`).
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from evolvent.compiled.pointer import LaneStruct, StructType, lane_struct
 PARTED = -1000
 _ALL = (1 << WIDTH) - 1
 _MASK = ir.IntType(WIDTH)
+_INTEGERS = ir.VectorType(ir.IntType(64), WIDTH)
 
 
 def has_parted(builder: Any, code: Any) -> Any:
@@ -72,18 +73,19 @@ def _constant(context: Any, builder: Any, from_type: Any, to_type: Any, value: A
     return _splat(builder, context.cast(builder, value, from_type, f8))
 
 
-def _one_of_all(context: Any, builder: Any, value: Any) -> Any:
-    """The float that all lanes have; the function returns where they differ."""
-    first = _lane(builder, value, 0)
-    kind = ir.VectorType(ir.IntType(64), WIDTH)
-    same = builder.icmp_unsigned("==", builder.bitcast(value, kind), builder.bitcast(_splat(builder, first), kind))
-    _agreed(context, builder, same)
+def _one_of_all(context: Any, builder: Any, integers: Any) -> Any:
+    """The integer that all lanes have; the function returns where they differ."""
+    first = _lane(builder, integers, 0)
+    places = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [ir.IntType(32)(0)] * WIDTH)
+    every = builder.shuffle_vector(integers, ir.Constant(_INTEGERS, ir.Undefined), places)
+    _agreed(context, builder, builder.icmp_unsigned("==", integers, every))
     return first
 
 
 @lower_cast(LanesType, types.Float)
 def _one(context: Any, builder: Any, from_type: Any, to_type: Any, value: Any) -> Any:
-    return context.cast(builder, _one_of_all(context, builder, value), f8, to_type)
+    bits = _one_of_all(context, builder, builder.bitcast(value, _INTEGERS))
+    return context.cast(builder, builder.bitcast(bits, ir.DoubleType()), f8, to_type)
 
 
 @lower_cast(types.Array(LANES, 1, "C"), types.Array(f8, 1, "C"))
@@ -251,13 +253,13 @@ for _function, _how in {
     _define(_function, (LANES, LANES), types.boolean, _compared(_how))
 _define(math.isfinite, (LANES,), types.boolean, _finite)
 _define(math.isnan, (LANES,), types.boolean, _is_nan)
-for _function in (math.floor, math.ceil, math.trunc, int):
+for _function, _name in {
+    math.floor: "llvm.floor", math.ceil: "llvm.ceil", math.trunc: "llvm.trunc", int: "llvm.trunc",
+}.items():  # fmt: skip
 
-    def _whole(context: Any, builder: Any, x: Any, function: Any = _function) -> Any:
-        number = _one_of_all(context, builder, x)
-        if function is int:
-            return context.cast(builder, number, f8, i8)
-        return context.get_function(function, signature(i8, f8))(builder, [number])
+    def _whole(context: Any, builder: Any, x: Any, name: str = _name) -> Any:
+        found = builder.fptosi(builder.call(_of_llvm(builder, name, 1), [x]), _INTEGERS)
+        return _one_of_all(context, builder, found)
 
     _define(_function, (LANES,), i8, _whole)
 

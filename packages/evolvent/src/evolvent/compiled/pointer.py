@@ -422,6 +422,10 @@ if config.DISABLE_JIT:
         """Write a number (float64) at an address."""
         ctypes.c_double.from_address(int(address)).value = value
 
+    def put_word_at(address: int, value: int) -> None:
+        """Write an integer (int64) at an address."""
+        ctypes.c_int64.from_address(int(address)).value = value
+
     def array_at(struct: Struct, place: int) -> int:
         """Address of the array of a struct whose header begins at a word (`Struct._places`)."""
         names = {at: name for name, at in type(struct)._places.items()}
@@ -456,6 +460,16 @@ else:
             return context.get_dummy_value()
 
         return types.void(types.int64, types.float64), codegen
+
+    @intrinsic
+    def put_word_at(typing_context, address, value):  # type: ignore[no-untyped-def]
+        """Write an integer (int64) at an address."""
+
+        def codegen(context, builder, sig, args):  # type: ignore[no-untyped-def]
+            builder.store(args[1], builder.inttoptr(args[0], ir.IntType(64).as_pointer()))
+            return context.get_dummy_value()
+
+        return types.void(types.int64, types.int64), codegen
 
     @intrinsic
     def array_at(typing_context, struct, place):  # type: ignore[no-untyped-def]

@@ -62,6 +62,10 @@ class MotionRun:
         """Times and states at which the last step may have called a user's law."""
         raise NotImplementedError
 
+    def stopped(self) -> Ending:
+        """How a run ends that an event has stopped."""
+        return "stopped by event", f"an event stopped the run at t = {self.reached:.9g} s"
+
     def stall_message(self, stall: Any) -> str:
         """Why a run of ever smaller steps is ended."""
         raise NotImplementedError
@@ -82,10 +86,7 @@ class MotionRun:
         except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
             failure = law_failure(self.assembly, error, self.moments())
             status, message = "failed", f"{failure}; what was computed is kept"
-        return self.ended(status, message, clock.perf_counter() - began)
-
-    def ended(self, status: str, message: str, wall_time: float) -> Solution:
-        """What the run has reached, with hints."""
+        wall_time = clock.perf_counter() - began
         codecache.mark_warm(self.name)
         found = self.result(status, message, wall_time)
         found.passages = passages(self.assembly)
