@@ -3,9 +3,9 @@
     python benchmarks/lanes.py [-o benchmarks/lanes.json] [--copies 16] [--repeat 3] [--only NAME ...]
 
 Batches by explicit methods with fixed steps, on one thread: rods of 20 and 40 elements, a body on springs, a thread, a
-chain on hinges, of copies that differ by some percent in a stiffness or a torque. Each runs alternately with its copies side by
-side and one after the other; the least processor times count, with all that Python does. `side_by_side` is the share of
-the steps that copies went in lanes, `parted` how often they parted; the states must have the same bits.
+chain on hinges, of copies that differ by some percent in a stiffness or a torque. Each runs alternately with its copies
+side by side and one after the other; the least processor times count, with all that Python does. `side_by_side` is the
+share of the steps that copies went in lanes, `parted` how often they parted; the states must have the same bits.
 """
 
 from __future__ import annotations

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 import evolvent
-from evolvent import InputError, System, parts
+from evolvent import InputError, Stepper, System, parts
 from evolvent.analysis.batch import Batch
 from evolvent.compiled.lane_types import LANE, WIDTH, lane_dtype, lane_zeros
 from evolvent.solvers.time.explicit import lanes
@@ -82,17 +84,47 @@ def test_copies_of_steps_of_their_own_have_the_bits_of_single_runs(system: Syste
             assert np.array_equal(found[name.replace(".", "_")].values[k], one[name])
 
 
-def test_copies_that_stop_or_fail_leave_the_others(system: System) -> None:
-    """One stops at an event, one has a mass of which the step is too long; the others have their bits."""
+def test_copies_that_stop_leave_the_others_and_unstable_steps_are_refused(system: System) -> None:
     own = system.copy()
     own.add(parts.Event(law="y + 0.62", variables={"y": "body.position.y"}, stops=True), "high")
-    batch = system.batch(4, **OPTIONS)
-    batch.expand(KEY, VALUES[:4])
-    batch.run()
-    assert lanes_of(batch).why_alone == ""
-    assert own.batch(4, **OPTIONS)._copies._lanes.why_alone.startswith("laws of users and expressions")
+    batch = own.batch(4, **OPTIONS)
+    assert lanes_of(batch).why_alone == "laws of users and expressions are evaluated one copy at a time"
+    batch.expand(KEY, [10.0, 150.0, 200.0, 900.0])
+    batch.run(0.12)
+    stopped = batch.status == "stopped by event"
+    assert 0 < stopped.sum() < 4, batch.bind("body.position")
+    assert all(batch.events(k)[-1][1] == "high" for k in np.flatnonzero(stopped).tolist())
     with pytest.raises(InputError, match=r"copy 1: step is 0\.001 s, above the stability limit"):
         batch.expand("body.mass", [2.0, 1e-4, 2.0, 2.0])
+
+
+def test_a_copy_whose_steps_lose_the_energy_fails_as_a_single_run_does(system: System) -> None:
+    """In the lanes of the others, which go on."""
+    own, options = system.copy(), OPTIONS | {"step": 0.01}
+    batch = own.batch(4, **options)
+    batch.expand(KEY, [200.0, 300.0, 15000.0, 400.0])
+    batch.run()
+    with pytest.raises(evolvent.RunFailed) as alone:
+        own.with_values({KEY: 15000.0}).simulate(**options, every=0.45, fine=False)
+    assert dict(batch.reasons) == {2: str(alone.value)}
+
+
+@pytest.mark.parametrize("method", [{"method": "rk4", "step": 1e-3}, {"method": "dopri5", "tolerance": 1e-6}])
+def test_copies_step_as_steppers_do_under_inputs(system: System, method: dict[str, Any]) -> None:
+    """Forces that change at every step, of every copy, and a step that is no multiple of that of the method."""
+    forces = np.random.default_rng(1).standard_normal((3, 4, 3))
+    options = method | {"inputs": "body", "until": 1.0}
+    batch, alone = system.batch(4, every=0.0205, **options), [Stepper(system, **options) for _ in range(4)]
+    bound = {name: batch.bind(name) for name in ("body.position", "body.attitude", "spring 2.force")}
+    force, _ = batch.wrench("body")
+    for now in forces:
+        force[:] = now
+        batch.step()
+        for one, own in zip(alone, now, strict=True):
+            one.set_wrench("body", own)
+            one.step(0.0205)
+    for name, found in bound.items():
+        assert np.array_equal(found, np.stack([one.result(name) for one in alone])), name
 
 
 def test_why_copies_go_alone(system: System) -> None:
