@@ -48,7 +48,7 @@ class ExplicitCopies(Copies):
 
     def events(self, k: int) -> tuple[Array, Array]:
         """As of all copies."""
-        found: tuple[Array, Array] = self.of(k).events()
+        found: tuple[Array, Array] = self.of(k).all_logged()
         return found
 
     def _begin(self, which: Array) -> None:

@@ -15,7 +15,7 @@ import contextlib
 import threading
 import time as clock
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numba import config, types
@@ -32,9 +32,6 @@ from evolvent.model.registry import TABLES, asked
 from evolvent.solvers.time.copies import GOES_ON
 from evolvent.solvers.time.explicit import events as ex, loop as explicit
 from evolvent.solvers.time.explicit.many_steps import TABLEAU, Tableau
-
-if TYPE_CHECKING:
-    from evolvent.solvers.time.explicit.copies import ExplicitCopies
 
 Array = np.ndarray
 #: Copies fewer than which go alone: `WIDTH` lanes take as long as two to three copies.
@@ -76,7 +73,7 @@ class Lanes:
     together, parted : int, steps of copies in lanes, and how often copies have parted
     """
 
-    def __init__(self, copies: ExplicitCopies) -> None:
+    def __init__(self, copies: Any) -> None:
         self.copies, self.why_alone = copies, _why_alone(copies)
         self.together = self.parted = 0
         self.alone = Cost()
@@ -143,7 +140,7 @@ class Cost:
         return self.seconds / max(self.steps, 1)
 
     @contextlib.contextmanager
-    def of(self, copies: ExplicitCopies, which: Array) -> Iterator[None]:
+    def of(self, copies: Any, which: Array) -> Iterator[None]:
         """Count what the calling thread does to copies."""
         before, began = int(copies.loop["steps"][which].sum()), clock.thread_time()
         yield
@@ -303,7 +300,7 @@ def _for_lanes(own: Tableau) -> Any:
     return kind(**values)
 
 
-def _why_alone(copies: ExplicitCopies) -> str:
+def _why_alone(copies: Any) -> str:
     """Why copies never go side by side, a half sentence; '' where they can."""
     run = copies.run
     if config.DISABLE_JIT:

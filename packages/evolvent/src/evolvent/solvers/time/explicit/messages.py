@@ -30,7 +30,7 @@ def explicit_reason(code: int, run: Any) -> str:
         )
     if code == explicit_events.NO_THREAD:
         return outrun(reached)
-    return f"{run.events()[0].size} events by t = {reached:.6g} s: one of them fires repeatedly"
+    return f"{run.all_logged()[0].size} events by t = {reached:.6g} s: one of them fires repeatedly"
 
 
 def explicit_stalled(stall: Stall, run: MotionRun) -> str:

@@ -158,7 +158,7 @@ class ExplicitRun(run.MotionRun):
         count = int(self.work.loop.fired)
         return self.work.log_t[:count].copy(), self.work.log_k[:count].copy()
 
-    def events(self) -> tuple[np.ndarray, np.ndarray]:
+    def all_logged(self) -> tuple[np.ndarray, np.ndarray]:
         """Times of the events by now, s, and their numbers."""
         times, kinds = zip(*self.logged, self._log(), strict=True)
         return np.concatenate(times), np.concatenate(kinds)
@@ -192,7 +192,7 @@ class ExplicitRun(run.MotionRun):
 
     def result(self, status: str, message: str, wall_time: float) -> Solution:
         """What the run has reached, with what the loop has counted."""
-        work, kept, (event_times, event_kinds) = self.work, int(self.work.loop.sample), self.events()
+        work, kept, (event_times, event_kinds) = self.work, int(self.work.loop.sample), self.all_logged()
         found = self.found or self.closure(0)
         return Solution(
             assembly=self.assembly,
