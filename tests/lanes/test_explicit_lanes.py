@@ -17,7 +17,7 @@ CORNERS = ((1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0))
 KEY = "spring 1.stiffness"
 COUNT = WIDTH + 3
 VALUES = np.linspace(150.0, 300.0, COUNT)
-OPTIONS = {"until": 0.45, "method": "rk4", "step": 1e-3}
+OPTIONS: dict[str, Any] = {"until": 0.45, "method": "rk4", "step": 1e-3}
 
 
 def suspended() -> System:
@@ -76,11 +76,12 @@ def test_copies_have_the_bits_of_single_runs_and_come_back_where_branches_part_t
 
 def test_copies_of_steps_of_their_own_have_the_bits_of_single_runs(system: System) -> None:
     """Of which each is planned by itself, with steps that differ, and is sampled."""
-    keep, options = ["body.position.last", "energy.last", "steps"], {"until": 0.3, "every": 0.1, "method": "rk4"}
-    found = evolvent.simulate_many(system, {KEY: VALUES.tolist()}, keep[:2], workers=1, **options)
+    keep = ["body.position.last", "energy.last"]
+    options: dict[str, Any] = {"until": 0.3, "every": 0.1, "method": "rk4"}
+    found = evolvent.simulate_many(system, {KEY: VALUES.tolist()}, keep, workers=1, **options)
     for k in (0, COUNT - 1):
-        one = system.with_values({KEY: VALUES[k]}).simulate(keep=keep[:2], **options)
-        for name in keep[:2]:
+        one = system.with_values({KEY: VALUES[k]}).simulate(keep=keep, **options)
+        for name in keep:
             assert np.array_equal(found[name.replace(".", "_")].values[k], one[name])
 
 
@@ -151,7 +152,7 @@ def test_memory_of_lanes_is_aligned() -> None:
     assert found["index"] == np.int64
     assert found["length"] == LANE
     assert found["R"].shape == (3, 3)
-    fields = found.fields or {}
+    fields: Any = found.fields
     assert fields["length"][1] % LANE.itemsize == fields["R"][1] % LANE.itemsize == 0
     assert found.itemsize % LANE.itemsize == 0
     assert lane_zeros((2, 3), found).ctypes.data % LANE.itemsize == 0
