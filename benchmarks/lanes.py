@@ -79,7 +79,7 @@ def measure(case: Case, count: int, repeat: int) -> dict[str, Any]:
         if inputs:
             batch.wrench(case.key)[1][:, 2] = values
 
-    stepper = batch._copies._lanes
+    stepper: lanes.Lanes = batch._copies._lanes  # type: ignore[attr-defined]
     if stepper.why_alone:
         raise RuntimeError(stepper.why_alone)
     start()

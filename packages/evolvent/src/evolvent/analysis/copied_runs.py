@@ -32,4 +32,6 @@ def prepared(plan: Any, *, of_ends: bool = False) -> ExplicitRun | ImplicitRun:
 
 def copies_of(run: ExplicitRun | ImplicitRun, count: int, workers: int) -> Copies:
     """Copies of a prepared run: see `evolvent.solvers.time.copies.Copies`."""
-    return (ExplicitCopies if isinstance(run, ExplicitRun) else ImplicitCopies)(run, count, workers)
+    if isinstance(run, ExplicitRun):
+        return ExplicitCopies(run, count, workers)
+    return ImplicitCopies(run, count, workers)
