@@ -145,7 +145,6 @@ def test_a_copy_that_fails_says_why_and_the_others_go_on() -> None:
     ("act", "match"),
     [
         (lambda s: s.batch(0), r"n is 0; it must be a whole number from 1"),
-        (lambda s: s.batch(2, method="rk4"), r"method is 'rk4'; a batch takes implicit methods"),
         (lambda s: s.batch(2, method="energy-momentum", inputs="hub"), r"a batch with inputs takes those"),
         (lambda s: s.batch(2, inputs="hob"), r"inputs name 'hob', which is no body"),
         (lambda s: s.batch(2).step(), r"every is missing"),

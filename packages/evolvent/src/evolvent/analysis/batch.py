@@ -11,6 +11,7 @@ import numpy as np
 from evolvent.analysis import runs
 from evolvent.analysis.batch_parameters import BatchParameters, VariedRun
 from evolvent.analysis.batch_results import BatchResults
+from evolvent.analysis.copied_runs import copies_of, prepared
 from evolvent.analysis.methods import choose_method
 from evolvent.analysis.settings import check_run, seconds, settings_of
 from evolvent.analysis.step_inputs import composed, listed, load_slices
@@ -18,10 +19,9 @@ from evolvent.assembly import families
 from evolvent.assembly.variants import Variants
 from evolvent.parts.checks import positive
 from evolvent.results.happened import ordered
-from evolvent.solvers.common.solution import event_numbers
-from evolvent.solvers.time.implicit.copies import GOES_ON, HAS_FAILED, STOPPED_BY_EVENT, Copies, prepared
+from evolvent.solvers.time.copies import GOES_ON, HAS_FAILED, STOPPED_BY_EVENT, Copies
+from evolvent.solvers.time.explicit.methods import METHODS as EXPLICIT
 from evolvent.solvers.time.implicit.methods import METHODS, NAME
-from evolvent.solvers.time.implicit.run import ImplicitRun
 from evolvent_base.cores import cores, free_memory
 from evolvent_base.errors import InputError, nearest
 
@@ -48,7 +48,7 @@ class Batch:
     ----------
     count : int, number of copies
     until : float, s, the end of the time that may be stepped through
-    method : str, the implicit method
+    method : str
     every : float, s, length of `step`; None where none was given
     workers : int, threads
     inputs : tuple of str, bodies on which forces and torques may be set
@@ -84,8 +84,7 @@ class Batch:
         check_run(assembly, times, settings.get("step"))
         options = {"method": self.method, **settings}
         plan, _ = runs.plan(dataclasses.replace(assembly, shared=None), times, **options)
-        run = prepared(ImplicitRun(plan))
-        run.work = run.work._replace(out_momenta=np.zeros((0, 6)))  # samples are ends of steps
+        run = prepared(plan, of_ends=True)
         self._copies = _copies(run, self.count, self.workers)
         self.assembly = run.assembly
         varied = VariedRun(own, variants, run)
@@ -280,9 +279,7 @@ class Batch:
     def events(self, copy: int) -> list[tuple[float, str, str]]:
         """Events of a copy in order of time: time (s), name of the part, and what happened, such as "latched"."""
         (k,) = self._chosen([copy])
-        work = self._copies.of(int(k)).work
-        count = int(work.loop.latches)
-        times, kinds = work.log_t[:count], event_numbers(self.assembly.model, work.log_k[:count])
+        times, kinds = self._copies.events(int(k))
         names = {place: name for name, place in reversed(self.assembly.names.items())}
         return [(time, names.get(place, ""), what) for time, place, what in ordered(self.assembly.model, times, kinds)]
 
@@ -292,24 +289,23 @@ class Batch:
 
 
 def _method(assembly: Any, asked: str, *, holds: bool) -> str:
-    """The implicit method of a batch; it `holds` inputs over steps.
+    """The method of a batch; it `holds` inputs over steps.
 
     Raises
     ------
     InputError
-        For an explicit one, and for inputs under a method whose forces are means of steps.
+        For inputs under a method whose forces are means of steps.
     """
     method, _ = choose_method(assembly, asked)
-    known = [name for name, of in METHODS.items() if not (holds and of.flags["midpoint"])]
-    if method in known:
+    if not (holds and method in METHODS and METHODS[method].flags["midpoint"]):
         return method
     if asked != "auto":
-        what = "with inputs takes those" if holds and method in METHODS else "takes implicit methods"
-        raise InputError(f"method is {asked!r}; a batch {what}: {', '.join(known)}")
+        known = [*EXPLICIT, *(name for name, of in METHODS.items() if not of.flags["midpoint"])]
+        raise InputError(f"method is {asked!r}; a batch with inputs takes those: {', '.join(known)}")
     return NAME
 
 
-def _copies(run: ImplicitRun, count: int, workers: int) -> Copies:
+def _copies(run: Any, count: int, workers: int) -> Copies:
     """Copies of a run.
 
     Raises
@@ -318,7 +314,7 @@ def _copies(run: ImplicitRun, count: int, workers: int) -> Copies:
         Where they need more memory than is free.
     """
     try:
-        found = Copies(run, count, workers)
+        found = copies_of(run, count, workers)
     except MemoryError:
         raise InputError(f"n is {count}; so many copies need more memory than there is; use fewer") from None
     needed, free = found.blocks.nbytes, free_memory()

@@ -21,16 +21,12 @@ from evolvent.assembly.variants import Change, Changes, Variants
 from evolvent.model.memory import take
 from evolvent.solvers.common.coordinates import with_positions
 from evolvent.solvers.common.start import check_start, misfits
-from evolvent.solvers.time.implicit.copies import Copies
+from evolvent.solvers.time.copies import Copies
 from evolvent.solvers.time.implicit.many_steps import misfit_many
-from evolvent.solvers.time.implicit.plan import numbers_again
-from evolvent.solvers.time.implicit.run import ImplicitRun
-from evolvent.solvers.time.implicit.setup import error_sizes, shares, stops_of
+from evolvent.solvers.time.run import MotionRun
 from evolvent_base.errors import InputError
 
 Array = np.ndarray
-#: Fields of the workspace that a plan has made.
-PLANNED = ("options", "weight", "error_weight", "shares", "stops")
 #: Bytes of a number.
 WORD = 8
 #: Array of the model, field of its records ("" of an array of numbers), and row.
@@ -65,7 +61,7 @@ class VariedRun:
     Parameters
     ----------
     system, variants : System and the Variants by which it was assembled first
-    run : ImplicitRun, prepared
+    run : MotionRun, prepared
 
     Attributes
     ----------
@@ -74,11 +70,12 @@ class VariedRun:
     joined : bool, whether there are constraints, which the start has to meet
     """
 
-    def __init__(self, system: Any, variants: Variants, run: ImplicitRun) -> None:
+    def __init__(self, system: Any, variants: Variants, run: MotionRun) -> None:
         self.system, self._variants, self.run = system, variants, run
         self._keys: dict[str, _Key] = {}
         self._lock = threading.Lock()
         self._scratch = run.model.copy()
+        needs.note_alike(run.model, self._scratch)
         self.changed: dict[Place, Change] = {}
         self.parts: list[Mapping[str, Any]] = []
         self.joined = bool(run.model.constraints.size)
@@ -228,7 +225,6 @@ class VariedRun:
     def check_start(self, scratch: Any) -> None:
         """Refuse a model whose constraints the start does not meet (`start.check_start`)."""
         if self.joined:
-            needs.note_alike(self.run.model, scratch)
             check_start(self._with(scratch), float(self.run.plan.times[0]))
 
     def _with(self, scratch: Any) -> Any:
@@ -241,20 +237,10 @@ class VariedRun:
         Raises
         ------
         InputError
-            Where loads change at another number of times.
+            As of `again` of the plan.
         """
-        assembly = self._with(scratch)
-        weight, options = numbers_again(self.run.plan, assembly)
-        stops, conserves = stops_of(assembly, self.run.plan.times), bool(options.midpoint)
-        if stops.shape != self.run.work.stops.shape:
-            raise InputError(
-                "other values change the number of times at which loads change; use evolvent.simulate_many"
-            )
-        return {
-            "options": options, "weight": weight, "stops": stops,
-            "error_weight": error_sizes(scratch, weight, conserves=conserves),
-            "shares": shares(scratch, weight, conserves=conserves),
-        }  # fmt: skip
+        found: dict[str, Any] = self.run.plan.again(self._with(scratch))
+        return found
 
 
 class BatchParameters:
@@ -272,6 +258,7 @@ class BatchParameters:
     def __init__(self, varied: VariedRun, copies: Copies) -> None:
         self._varied, self._copies = varied, copies
         self._scratch = varied.run.model.copy()
+        needs.note_alike(varied.run.model, self._scratch)
         self.values: list[dict[str, Any]] = [{} for _ in range(copies.count)]
         self._plain: dict[str, tuple[Place, ...]] = {}
         self._own: dict[tuple[str, str], Array] = {}
@@ -406,7 +393,7 @@ class BatchParameters:
             self.planned.add(k)
         elif k in self.planned:
             self.planned.remove(k)
-            found = {name: getattr(work, name) for name in PLANNED}
+            found = {name: getattr(work, name) for name in varied.run.plan.made}
         for name, value in found.items():
             if ("work", name) in self._copies.memory.places:
                 self._set("work", name, k, value)
@@ -434,7 +421,6 @@ class BatchParameters:
         numbers = np.ascontiguousarray(np.array([own.view(float) for own in fields.values()]).T)
         chosen, codes = np.array(which), np.zeros(self._copies.count, dtype=np.int64)
         assembly, t = varied.run.assembly, float(varied.run.plan.times[0])
-        needs.note_alike(varied.run.model, scratch)
         needs.load(scratch, misfit_many)
         misfit_many(chosen, t, assembly.y.copy(), misfits(assembly), moves, places, numbers, scratch, codes)
         return chosen[codes[chosen] != 0].tolist()

@@ -13,11 +13,8 @@ from evolvent.analysis.step_results import ResultAddress, StepResults
 from evolvent.assembly.variants import Change
 from evolvent.results.kept import follows_from_reactions, is_local
 from evolvent.results.observe import View, observe_part
-from evolvent.solvers.common import balance as eb
-from evolvent.solvers.common.sampled import Sampled
 from evolvent.solvers.common.solution import Solution
-from evolvent.solvers.time.implicit.copies import Copies
-from evolvent.solvers.time.implicit.releases import write_accounts
+from evolvent.solvers.time.copies import Copies
 
 Array = np.ndarray
 
@@ -106,30 +103,13 @@ class BatchResults:
         What follows its value at the sample before, as the sign of a quaternion does, so follows that at the start.
         """
         copies, run = self._copies, self._copies.run
-        memory, blocks = copies.memory, copies.blocks
         model, parts = run.model if model is None else model, run.assembly.parts if parts is None else parts
-
-        def both(name: str) -> Array:
-            """What the loop has kept of the first and the last sample of each copy, one after the other."""
-            path = ("work", name)
-            nominal: Array = getattr(run.work, name)
-            if path not in memory.places:
-                return np.zeros((2 * which.size, *nominal.shape[1:]), dtype=nominal.dtype)
-            last = np.maximum(copies.loop["sample"][which] - 1, 0)
-            kept = memory.values(blocks, *path)
-            found = np.stack([kept[which, 0], kept[which, last]], axis=1)
-            return np.ascontiguousarray(found.reshape(2 * which.size, *found.shape[2:]))
-
-        y, balance = both("out_y"), both("out_balance").view(eb.BALANCE)[:, 0].view(np.recarray)
-        write_accounts(model, y, balance)
         times = np.full((which.size, 2), float(run.plan.times[0]))
         times[:, 1] = copies.time[which]
         return Solution(
             assembly=dataclasses.replace(run.assembly, model=model, parts=dict(parts), shared=None),
             method=run.plan.method,
             t=times.ravel(),
-            y=y,
-            s=both("out_s"),
             status="success",
             message="",
             statistics={},
@@ -137,7 +117,7 @@ class BatchResults:
             event_kinds=np.zeros(0, dtype=np.int64),
             wall_time=0.0,
             compile_time=0.0,
-            kept=Sampled(both("out_a"), both("out_la"), balance, both("out_forces")),
+            **copies.sampled(which, model),
         )
 
 

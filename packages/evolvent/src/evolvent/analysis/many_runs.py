@@ -15,6 +15,7 @@ import xarray as xr
 from evolvent.analysis import runs
 from evolvent.analysis.batch_parameters import BatchParameters, VariedRun
 from evolvent.analysis.closure import check_energy_gain
+from evolvent.analysis.copied_runs import copies_of, prepared
 from evolvent.analysis.methods import choose_method
 from evolvent.analysis.settings import check_run, sample_times
 from evolvent.analysis.start_motion import follows_masses
@@ -25,9 +26,7 @@ from evolvent.results.fine_samples import Times
 from evolvent.results.kept import Kept, is_local, is_of_samples, kept_of
 from evolvent.results.tree import root_of
 from evolvent.solvers.common.sizes import energy_floor, round_off_energy, sizes
-from evolvent.solvers.time.implicit.copies import GOES_ON, HAS_FAILED, Copies, prepared
-from evolvent.solvers.time.implicit.methods import METHODS
-from evolvent.solvers.time.implicit.run import ImplicitRun
+from evolvent.solvers.time.copies import GOES_ON, HAS_FAILED, Copies
 from evolvent.solvers.time.run import FINISHED
 from evolvent_base.errors import InputError
 
@@ -52,8 +51,8 @@ class ManyRuns:
     Raises
     ------
     InputError
-        Where the runs cannot be copies of one: under explicit methods, with users' laws, feedback, storage, or threads
-        that are paid out.
+        Where the runs cannot be copies of one: with users' laws, feedback, storage, or threads that are paid out under
+        implicit methods.
     """
 
     def __init__(self, system: Composition, keep: Sequence[str], settings: Mapping[str, Any]) -> None:
@@ -61,8 +60,8 @@ class ManyRuns:
         own, variants = system.copy(), Variants()
         assembly = own.assemble(variants)
         method, self.why = choose_method(assembly, options.pop("method", "auto"))
-        if method not in METHODS:
-            raise InputError("runs by explicit methods are made one by one")
+        if "stability_limit" in keep:
+            raise InputError("runs that state what their step follows from are made one by one")
         if assembly.laws or assembly.expressions or families.reacts(assembly.model) or storage_of(own.sections):
             raise InputError("runs with laws of users, feedback or storage are made one by one")
         if follows_masses(own.sections):
@@ -74,7 +73,7 @@ class ManyRuns:
         self._of_samples = is_of_samples(assembly, self.keep)
         options["method"], shared = method, assembly.shared
         plan, _ = runs.plan(dataclasses.replace(assembly, shared=None), self.times.all, **options)
-        self.run = prepared(ImplicitRun(plan))
+        self.run = prepared(plan)
         self.varied = VariedRun(own, variants, self.run)
         self._shared, self._threads = shared, threading.local()
         weight, mass = sizes(self.run.assembly)
@@ -117,9 +116,8 @@ class ManyRuns:
     def _own(self) -> tuple[Copies, BatchParameters]:
         """Copies of this thread, and what they have of their own."""
         if not hasattr(self._threads, "own"):
-            structs = (self.run.model, self.run.matrix, self.run.work)
-            size = sum(one.nbytes for of in structs for one in of if isinstance(one, np.ndarray))
-            copies = Copies(self.run, max(1, min(MOST, MOST_BYTES // max(size, 1))), 1)
+            size = copies_of(self.run, 1, 1).memory.size
+            copies = copies_of(self.run, max(1, min(MOST, MOST_BYTES // size)), 1)
             self._threads.own = copies, BatchParameters(self.varied, copies)
         found: tuple[Copies, BatchParameters] = self._threads.own
         return found

@@ -11,6 +11,7 @@ import functools
 import importlib
 import inspect
 import math
+import operator
 import os
 import subprocess
 import sys
@@ -28,6 +29,7 @@ from numba.core import cgutils
 from numba.core.errors import NumbaExperimentalFeatureWarning, TypingError
 from numba.core.typing.templates import infer, make_intrinsic_template
 
+from evolvent.compiled import lanes
 from evolvent.compiled.codecache.files import say_once
 from evolvent.compiled.codecache.folder import is_own
 from evolvent.compiled.codecache.linked import Linked
@@ -73,6 +75,11 @@ class Kernel(Linked):
     def __call__(self, *arguments: Any) -> Any:  # noqa: D102
         with compilers.compiling:
             return _call(self.dispatcher, arguments)
+
+    @property
+    def place(self) -> str:
+        """Where it is found in its module."""
+        return self.py_func.__qualname__
 
     @functools.cached_property
     def dispatcher(self) -> Any:
@@ -125,11 +132,11 @@ def entry(*kinds: Any) -> Callable[[Any], Any]:
 
 # ------------------------------------------------------------------------------------------------ calls by address
 
-#: Places for functions that are called by address.
-_SLOTS = 1 << 20
+#: Places for functions that are called by address; as many follow, in the same order, for those for lanes.
+_SLOTS = TO_LANES = 1 << 20
 #: Index 0: address of `_load_now`. The others: of the functions made by `indirect`, that of `_not_loaded`, which stands
 #: at index 1, until they are loaded. A struct that such functions take refers to this table.
-ADDRESSES = np.zeros(2 + _SLOTS, dtype=np.int64)
+ADDRESSES = np.zeros(2 + 2 * _SLOTS, dtype=np.int64)
 #: Status that `_not_loaded` returns, which no function of numba does.
 _NOT_LOADED = -77
 _BY_SLOT: dict[int, Any] = {}
@@ -160,8 +167,8 @@ def _free_slot(name: str) -> int:
 def _load_now(slot: int) -> None:
     """Load a function that compiled code calls, which is not loaded; where it still is not, that code raises."""
     try:
-        loaded_late.append(_BY_SLOT[slot])
-        load([_BY_SLOT[slot]])
+        loaded_late.append(at_slot(slot))
+        load([at_slot(slot)])
     except BaseException as error:  # noqa: BLE001  (no exception passes through compiled code)
         _refused.append(error)
 
@@ -231,12 +238,25 @@ class Indirect(Linked):
     used_for : what a model must have for it to be called, as of `evolvent.model.having`; None for nothing
     """
 
-    def __init__(self, function: Callable, signature: Any, *, disjoint: bool = False, used_for: Any = None) -> None:
+    def __init__(
+        self, function: Callable, signature: Any, *, disjoint: bool = False, used_for: Any = None,
+        of: Indirect | None = None,
+    ) -> None:  # fmt: skip
         self.py_func, self.signature, self._disjoint, self.used_for = function, signature, disjoint, used_for
         self.is_own, self.options = is_own(function.__module__), f"{signature} disjoint={disjoint}"
         functools.update_wrapper(self, function)
-        self.slot = _free_slot(f"{function.__module__}.{function.__qualname__}")
-        _BY_SLOT[self.slot] = self
+        self.place: str = function.__qualname__ if of is None else f"{of.place}.lanes"
+        if of is None:
+            self.slot = _free_slot(f"{function.__module__}.{self.place}")
+            _BY_SLOT[self.slot] = self
+        else:
+            self.slot = of.slot + TO_LANES
+
+    @functools.cached_property
+    def lanes(self) -> Indirect:
+        """The same function for copies side by side (`compiled.lanes`)."""
+        signature = lanes.lane_signature(self.signature)
+        return Indirect(self.py_func, signature, disjoint=self._disjoint, used_for=self.used_for, of=self)
 
     def around(self, function: Callable) -> Indirect:
         """Itself: its place in the table is its own."""
@@ -245,18 +265,15 @@ class Indirect(Linked):
     @functools.cached_property
     def _numba_type_(self) -> Any:
         """What compiled code sees: a function of one signature, which calls the address."""
+        return _intrinsic(self, self.py_func, self._define)
 
-        def define(typing_context: Any, *arguments: Any) -> Any:
-            return self._define(arguments)
-
-        own = inspect.signature(self.py_func)
-        first = inspect.Parameter("typing_context", inspect.Parameter.POSITIONAL_OR_KEYWORD)
-        define.__signature__ = own.replace(parameters=[first, *own.parameters.values()])  # type: ignore[attr-defined]
-        template = make_intrinsic_template(self, define, self.py_func.__name__)
-        infer(template)
-        return types.Function(template)
-
-    def _define(self, arguments: tuple[Any, ...]) -> Any:
+    def _define(self, arguments: tuple[Any, ...], *, parts: bool = False) -> Any:
+        """Signature and code of a call; where lanes may part there, the status of that is what it returns."""
+        if (
+            any(lanes.is_of_lanes(kind) for kind in arguments)
+            and lanes.lane_signature(self.signature) != self.signature
+        ):
+            return self.lanes._define(arguments, parts=parts)
         signature = self.signature
         if len(arguments) != len(signature.args):
             raise TypingError(f"{self.py_func.__name__} takes {len(signature.args)} arguments, not {len(arguments)}")
@@ -266,6 +283,8 @@ class Indirect(Linked):
         def codegen(context: Any, builder: Any, _: Any, values: Any) -> Any:
             called = context.call_conv.get_function_type(signature.return_type, signature.args).as_pointer()
             table, at = load_attribute(context, builder, kind, values[holder], "addresses").data, cgutils.intp_t(slot)
+
+            no = ir.IntType(1)(0)
 
             def call(address: Any) -> Any:
                 pointer = builder.inttoptr(address, called)
@@ -282,7 +301,10 @@ class Indirect(Linked):
                             context.call_conv.return_status_propagate(builder, again)
                         builder.store(result, kept)
                     with has_failed:
-                        context.call_conv.return_status_propagate(builder, status)
+                        with builder.if_then(builder.not_(lanes.has_parted(builder, status.code) if parts else no)):
+                            context.call_conv.return_status_propagate(builder, status)
+                        if parts:
+                            builder.store(builder.sext(status.code, result.type), kept)
             return builder.load(kept)
 
         return signature, codegen
@@ -309,6 +331,40 @@ class Indirect(Linked):
     def __call__(self, *arguments: Any) -> Any:  # noqa: D102
         load([self])
         return _call(self.dispatcher, arguments)
+
+
+class Attempt(Linked):
+    """A function for lanes that returns an integer, called so that it returns as well where its lanes part.
+
+    It then returns the status of that (`lanes.PARTED`).
+    """
+
+    def __init__(self, of: Indirect) -> None:
+        self.of, self.py_func, self.slot, self.signature = of, of.py_func, of.slot, of.signature
+        self.is_own, self.options = of.is_own, f"attempt {of.options}"
+
+    def around(self, function: Callable) -> Attempt:
+        """Itself."""
+        return self
+
+    @functools.cached_property
+    def _numba_type_(self) -> Any:
+        """What compiled code sees."""
+        return _intrinsic(self, self.py_func, functools.partial(self.of._define, parts=True))
+
+
+def _intrinsic(key: Any, function: Callable, define_call: Callable) -> Any:
+    """Type in compiled code of a function whose calls are defined by the types of their arguments."""
+
+    def define(typing_context: Any, *arguments: Any) -> Any:
+        return define_call(arguments)
+
+    own = inspect.signature(function)
+    first = inspect.Parameter("typing_context", inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    define.__signature__ = own.replace(parameters=[first, *own.parameters.values()])  # type: ignore[attr-defined]
+    template = make_intrinsic_template(key, define, function.__name__)
+    infer(template)
+    return types.Function(template)
 
 
 def unload() -> None:
@@ -346,6 +402,12 @@ def load(functions: Iterable[Any]) -> None:
         function.load()
 
 
+def count_missing(functions: Iterable[Any]) -> int:
+    """How many functions would have to be compiled to load them."""
+    left = [one for one in functions if not one.is_loaded]
+    return sum(not compilers.is_kept(one.dispatcher, one.signature) for one in left)
+
+
 def _compile(missing: list[Any]) -> None:
     """Compile functions, the first ones here and the last ones in another process, until both meet."""
     if PLAIN:
@@ -377,7 +439,7 @@ def _compile(missing: list[Any]) -> None:
 
 def _compile_aside(functions: list[Any]) -> subprocess.Popen | None:
     """Start a process that compiles functions into the cache, but those that are there by then."""
-    names = [(function.py_func.__module__, function.py_func.__qualname__) for function in functions]
+    names = [(function.py_func.__module__, function.place) for function in functions]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     try:
         return subprocess.Popen(
@@ -390,7 +452,7 @@ def _compile_aside(functions: list[Any]) -> subprocess.Popen | None:
 
 def at_slot(slot: int) -> Any:
     """Function made by `indirect` at an index of `ADDRESSES`."""
-    return _BY_SLOT[slot]
+    return _BY_SLOT[slot - _SLOTS].lanes if slot >= 2 + _SLOTS else _BY_SLOT[slot]
 
 
 def functions() -> list[Any]:
@@ -401,7 +463,7 @@ def functions() -> list[Any]:
 def compile_named(names: list[tuple[str, str]]) -> None:
     """Compile functions, given as modules and names, into the cache, but those that are there by then."""
     for module, name in names:
-        function = getattr(importlib.import_module(module), name)
+        function = operator.attrgetter(name)(importlib.import_module(module))
         if not compilers.is_kept(function.dispatcher, function.signature):
             with compilers.compiling:
                 function.dispatcher.compile(function.signature)

@@ -10,6 +10,7 @@ from numba import config, f8, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
+from evolvent.compiled import lanes
 from evolvent.compiled.jit import address_in_table, at_slot
 
 _VECTOR = types.UniTuple(f8, 3)
@@ -65,7 +66,7 @@ def _make_lookup(signature: Any, at: int = 0) -> Any:
 
     @intrinsic
     def law_at(typing_context, address):  # type: ignore[no-untyped-def]
-        function_type = types.FunctionType(signature)
+        function_type = lanes.LawType(signature)
 
         def codegen(context, builder, sig, args):  # type: ignore[no-untyped-def]
             struct = cgutils.create_struct_proxy(function_type)(context, builder)
@@ -86,7 +87,7 @@ def by_slot(signature: Any) -> Any:
 
     @intrinsic
     def function_at(typing_context, holder, slot):  # type: ignore[no-untyped-def]
-        function_type = types.FunctionType(signature)
+        function_type = types.FunctionType(lanes.lane_signature(signature) if lanes.is_of_lanes(holder) else signature)
 
         def codegen(context, builder, sig, args):  # type: ignore[no-untyped-def]
             struct = cgutils.create_struct_proxy(function_type)(context, builder)

@@ -28,7 +28,8 @@ from numba.core import cgutils
 from numba.core.imputils import lower_getattr_generic
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
 from numba.extending import NativeValue, intrinsic, lower_cast, models, register_model, typeof_impl, unbox
-from numba.np import numpy_support
+
+from evolvent.compiled.lane_types import LANES, lane_dtype, numba_dtype
 
 
 class Field(NamedTuple):
@@ -230,6 +231,29 @@ class Struct:
         return found
 
 
+class LaneStruct(Struct):
+    """Base of the structs for copies side by side: lane numbers where the struct of one model, `of`, has floats."""
+
+    of: ClassVar[type[Struct]] = Struct
+
+    @classmethod
+    def _further(cls) -> dict[str, Field]:
+        return {name: _lane_field(field) for name, field in cls.of._fields.items()}
+
+
+def lane_struct(kind: Any) -> type[LaneStruct]:
+    """The struct for lanes of a struct of one model."""
+    name = f"{kind.__name__}Lanes"
+    found: Any = _STRUCTS.get(name)
+    return found if found is not None and found.of is kind else type(name, (LaneStruct,), {"of": kind})
+
+
+def _lane_field(field: Field) -> Field:
+    if field.struct is not None:
+        return field._replace(struct=lane_struct(field.struct))
+    return field if field.value is not None else field._replace(dtype=lane_dtype(field.dtype))
+
+
 def _rebuild(kind: type[Struct], values: dict[str, Any]) -> Any:
     return kind(**values)
 
@@ -294,7 +318,7 @@ def _unbox(kind: StructType, value: Any, c: Any) -> NativeValue:
 def _numba_type(field: Field) -> types.Type:
     if field.struct is not None:
         return field.struct._numba_type_
-    item = numpy_support.from_dtype(field.dtype)
+    item = numba_dtype(field.dtype)
     return item if field.ndim == 0 else types.Array(item, field.ndim, "C")
 
 
@@ -355,7 +379,8 @@ def on_stack(kind: type[Struct], *arguments: str, **places: str) -> Any:
     layout = repr([(name, field.words, chosen.get(name)) for name, field in fields])
 
     def struct_on_stack(typing_context: Any, *kinds: Any) -> Any:
-        result = kind._numba_type_
+        has_lanes = any(isinstance(one, types.Array) and one.dtype == LANES for one in kinds)
+        result = lane_struct(kind)._numba_type_ if has_lanes else kind._numba_type_
 
         def codegen(context: Any, builder: Any, signature: Any, values: Any) -> Any:
             integer, words = ir.IntType(64), []
@@ -389,9 +414,17 @@ if config.DISABLE_JIT:
         """The number (float64) at an address."""
         return float(ctypes.c_double.from_address(int(address)).value)
 
+    def word_at(address: int) -> int:
+        """The integer (int64) at an address."""
+        return int(ctypes.c_int64.from_address(int(address)).value)
+
     def put_number_at(address: int, value: float) -> None:
         """Write a number (float64) at an address."""
         ctypes.c_double.from_address(int(address)).value = value
+
+    def put_word_at(address: int, value: int) -> None:
+        """Write an integer (int64) at an address."""
+        ctypes.c_int64.from_address(int(address)).value = value
 
     def array_at(struct: Struct, place: int) -> int:
         """Address of the array of a struct whose header begins at a word (`Struct._places`)."""
@@ -410,6 +443,15 @@ else:
         return types.float64(types.int64), codegen
 
     @intrinsic
+    def word_at(typing_context, address):  # type: ignore[no-untyped-def]
+        """The integer (int64) at an address."""
+
+        def codegen(context, builder, sig, args):  # type: ignore[no-untyped-def]
+            return builder.load(builder.inttoptr(args[0], ir.IntType(64).as_pointer()))
+
+        return types.int64(types.int64), codegen
+
+    @intrinsic
     def put_number_at(typing_context, address, value):  # type: ignore[no-untyped-def]
         """Write a number (float64) at an address."""
 
@@ -418,6 +460,16 @@ else:
             return context.get_dummy_value()
 
         return types.void(types.int64, types.float64), codegen
+
+    @intrinsic
+    def put_word_at(typing_context, address, value):  # type: ignore[no-untyped-def]
+        """Write an integer (int64) at an address."""
+
+        def codegen(context, builder, sig, args):  # type: ignore[no-untyped-def]
+            builder.store(args[1], builder.inttoptr(args[0], ir.IntType(64).as_pointer()))
+            return context.get_dummy_value()
+
+        return types.void(types.int64, types.int64), codegen
 
     @intrinsic
     def array_at(typing_context, struct, place):  # type: ignore[no-untyped-def]

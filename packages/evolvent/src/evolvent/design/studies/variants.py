@@ -1,7 +1,7 @@
 """Many variants of one built structure: values that differ, runs beside one another, what is kept of each.
 
 Every variant has a copy of the arrays of the model, in which its values stand, so runs share nothing that they write.
-Runs by implicit methods are copies of one prepared run (`evolvent.analysis.many_runs`). The compiled time loops let
+They are copies of one prepared run (`evolvent.analysis.many_runs`). The compiled time loops let
 other threads run; what is left to Python takes turns: `benchmarks/batches.py` measures its share, from a tenth of a run
 of `solar-array` to nine tenths of one of a body on a spring for 2 s.
 """

@@ -62,6 +62,10 @@ class MotionRun:
         """Times and states at which the last step may have called a user's law."""
         raise NotImplementedError
 
+    def stopped(self) -> Ending:
+        """How a run ends that an event has stopped."""
+        return "stopped by event", f"an event stopped the run at t = {self.reached:.9g} s"
+
     def stall_message(self, stall: Any) -> str:
         """Why a run of ever smaller steps is ended."""
         raise NotImplementedError

@@ -106,8 +106,8 @@ def largest(model, work):
     value = -1.0
     first, brakes = model.info.releases, work.g.size - model.info.brakes
     for k in range(work.g.size):
-        if (k < first or k >= brakes or work.g0[k] < 0.0) and work.g[k] > value:
-            value = work.g[k]
+        if k < first or k >= brakes or work.g0[k] < 0.0:
+            value = max(value, work.g[k])
     return value
 
 

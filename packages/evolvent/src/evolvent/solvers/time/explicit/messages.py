@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from evolvent.solvers.common import balance as eb
@@ -12,7 +14,7 @@ from evolvent.solvers.time.pace import Stall
 from evolvent.solvers.time.run import MotionRun
 
 
-def explicit_reason(code: int, run: MotionRun) -> str:
+def explicit_reason(code: int, run: Any) -> str:
     """Why the loop of an explicit method ended with a status below zero, or with its log of events full."""
     reached, work, method = run.reached, run.work, run.plan.method
     if code == explicit_events.NOT_FINITE:
@@ -28,7 +30,7 @@ def explicit_reason(code: int, run: MotionRun) -> str:
         )
     if code == explicit_events.NO_THREAD:
         return outrun(reached)
-    return f"{work.loop.fired} events by t = {reached:.6g} s: one of them fires repeatedly"
+    return f"{run.all_logged()[0].size} events by t = {reached:.6g} s: one of them fires repeatedly"
 
 
 def explicit_stalled(stall: Stall, run: MotionRun) -> str:

@@ -6,7 +6,7 @@ import dataclasses
 import math
 import time as clock
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from evolvent.solvers.common.laws import refusing_laws, try_laws
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.common.start import STEP_ALLOWED, check_redundancy, check_start, sample_times
 from evolvent.solvers.time.explicit.methods import METHODS, Method
-from evolvent.solvers.time.explicit.run import ExplicitRun, cache_name, load
+from evolvent.solvers.time.explicit.run import ExplicitRun, cache_name, load, loop_record
 from evolvent.solvers.time.explicit.stability import Mode, energy_change, fastest_mode, stability_limit
 from evolvent_base.errors import InputError, nearest
 
@@ -119,6 +119,7 @@ class ExplicitPlan:
     times : (nt,) float, s, of the samples
     method : a name of `METHODS`
     step, limit : float, s, step of a fixed-step method (None of an adaptive one), and the largest stable one
+    asked : float, s, the step that was asked for; None where it was to be chosen
     mode : Mode, the fastest one; None where it was not looked for
     rtol, atol : float, of the adaptive method
     compile_time : float, s, taken so far
@@ -133,6 +134,26 @@ class ExplicitPlan:
     rtol: float
     atol: float
     compile_time: float
+    asked: float | None = None
+    #: Fields of the workspace that a plan has made.
+    made: ClassVar[tuple[str, ...]] = ("loop",)
+
+    def again(self, assembly: Assembly) -> dict[str, Any]:
+        """The fields `made` of the plan that another model of the same structure would have.
+
+        Parameters
+        ----------
+        assembly : with a model of its own, that of the plan with other numbers
+
+        Raises
+        ------
+        InputError
+            As of `choose_step`.
+        """
+        if self.step is None:
+            return {}
+        duration = float(self.times[-1] - self.times[0])
+        return {"loop": loop_record(self.times, choose_step(assembly, self.method, self.asked, duration)[0])}
 
     def run(self, progress: Callable[[float], None] | None = None) -> Solution:
         """Integrate; `progress` is called with the time reached, a few times a second.
@@ -181,6 +202,7 @@ def plan(
     try_laws(own, times[0], times[-1])
     check_start(own, float(times[0]))
     check_redundancy(own, float(times[0]))
+    asked = step
     began, duration, limit, mode = clock.perf_counter(), float(times[-1] - times[0]), math.inf, None
     if step is None:  # which needs compiled functions: all that the run needs are compiled at once
         load(own.model, METHODS[method], rtol=rtol, atol=atol)
@@ -196,7 +218,7 @@ def plan(
         # of beams the fastest mode takes longer to find than a run may take
         if not is_by_rates(own.model):
             stable_step(own, method, duration)
-    return ExplicitPlan(own, times, method, step, limit, mode, rtol, atol, compile_time)
+    return ExplicitPlan(own, times, method, step, limit, mode, rtol, atol, compile_time, asked)
 
 
 def solve(assembly: Assembly, *, progress: Callable[[float], None] | None = None, **options: Any) -> Solution:

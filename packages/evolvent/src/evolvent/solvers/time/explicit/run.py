@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import time as clock
 from collections.abc import Callable
@@ -61,13 +62,27 @@ class ExplicitRun(run.MotionRun):
         self.compile_time = of.compile_time + clock.perf_counter() - began
         forget_steps(self.model)
         self.work = _workspace(self.assembly, of.times, self.tableau, of.step)
-        self.unresolved = strain_round_off(self.model)
-        self.floor = round_off_energy(self.assembly, of.times[0])
-        self.seen = [self._look(np.array([of.times[0]]), self.work.y[None], self.work.s[None])]
+        self.begin_checks()
+
+    def begin_checks(self) -> None:
+        """Look at the start, and begin to check the balance."""
+        self.logged: list[tuple[np.ndarray, np.ndarray]] = []
+        times, step = self.plan.times, self.plan.step
+        self.seen = [self._look(np.array([times[0]]), self.work.y[None], self.work.s[None])]
         self.watch = eb.Watch(self.seen[0][1][0].tolist())
         self.found: eb.Closure | None = None
-        self.every = CHECK_EVERY if of.step is None else max(100, math.ceil(self.span / of.step / CHECKS))
+        self.every = CHECK_EVERY if step is None else max(100, math.ceil(self.span / step / CHECKS))
         self.check, self.filled = self.every, -math.inf
+
+    @functools.cached_property
+    def unresolved(self) -> float:
+        """Energy that steps do not resolve, J."""
+        return strain_round_off(self.model)
+
+    @functools.cached_property
+    def floor(self) -> float:
+        """Energy that is round-off, J."""
+        return round_off_energy(self.assembly, float(self.plan.times[0]))
 
     @property
     def name(self) -> str:
@@ -119,8 +134,13 @@ class ExplicitRun(run.MotionRun):
             if self.plan.step is None and _shorter(self.work, 1e-6 * self.span):
                 return None
             raise
+        return self.after(code)
+
+    def after(self, code: int) -> run.Ending | None:
+        """How the run has ended when its loop has returned a status code; None where it goes on."""
         if code == ex.LOG_FULL and self.reached - self.filled > CHATTER * self.span:
-            self.work, self.filled = _grow_log(self.work), self.reached
+            self.make_room()
+            self.filled = self.reached
         elif code != ex.BUDGET:
             return self._ending(code)
         if self.work.loop.steps >= self.check:
@@ -128,6 +148,20 @@ class ExplicitRun(run.MotionRun):
             if self.is_lost():
                 return self._ending(code)
         return None
+
+    def make_room(self) -> None:
+        """Make room in the loop's log of events."""
+        self.logged.append(self._log())
+        self.work.loop.fired = 0
+
+    def _log(self) -> tuple[np.ndarray, np.ndarray]:
+        count = int(self.work.loop.fired)
+        return self.work.log_t[:count].copy(), self.work.log_k[:count].copy()
+
+    def all_logged(self) -> tuple[np.ndarray, np.ndarray]:
+        """Times of the events by now, s, and their numbers."""
+        times, kinds = zip(*self.logged, self._log(), strict=True)
+        return np.concatenate(times), np.concatenate(kinds)
 
     def _ending(self, code: int) -> run.Ending:
         """Status and message of a run whose loop has ended with a status code."""
@@ -140,7 +174,7 @@ class ExplicitRun(run.MotionRun):
         if self.has_failed():
             return "failed", unbalanced(self, self.found or self.closure(0))
         if code == ex.STOPPED:
-            return "stopped by event", f"an event stopped the run at t = {self.reached:.9g} s"
+            return self.stopped()
         return run.FINISHED
 
     def stall_message(self, stall: Stall) -> str:
@@ -158,7 +192,7 @@ class ExplicitRun(run.MotionRun):
 
     def result(self, status: str, message: str, wall_time: float) -> Solution:
         """What the run has reached, with what the loop has counted."""
-        work, kept, n_events = self.work, int(self.work.loop.sample), int(self.work.loop.fired)
+        work, kept, (event_times, event_kinds) = self.work, int(self.work.loop.sample), self.all_logged()
         found = self.found or self.closure(0)
         return Solution(
             assembly=self.assembly,
@@ -172,15 +206,15 @@ class ExplicitRun(run.MotionRun):
                 "steps": int(work.loop.steps),
                 "rejected_steps": int(work.loop.rejected),
                 "rhs_evaluations": int(work.loop.rhs_evaluations),
-                "events": n_events,
+                "events": event_times.size,
                 "step": math.nan if self.plan.step is None else self.plan.step,
                 "mean_step": (self.reached - float(self.plan.times[0])) / max(int(work.loop.steps), 1),
                 "stability_limit": self.plan.limit,
                 "energy_moved": found.moved,
                 "energy_defect": found.share,
             },
-            event_times=work.log_t[:n_events].copy(),
-            event_kinds=work.log_k[:n_events].copy(),
+            event_times=event_times,
+            event_kinds=event_kinds,
             wall_time=wall_time,
             compile_time=self.compile_time,
         )
@@ -191,11 +225,10 @@ def _workspace(assembly: Assembly, times: np.ndarray, tableau: Method, step: flo
     n, n_s, n_e = assembly.y.size, assembly.s.size, int(assembly.model.info.ne)
     releases = int(assembly.model.info.releases)
     log = 1000 + 2 * ex.rounds(releases) * (releases // 2 + 1)
-    first = step if step is not None else 1e-6 * (times[-1] - times[0])
     return ex.ExplicitWorkspace(
         y=assembly.y.copy(),
         s=assembly.s.copy(),
-        loop=zeros_record(ex.LOOP, time=times[0], step=first, origin=times[0], last_error=1e-4, turn=np.inf, starts=1),
+        loop=loop_record(times, step),
         samples=times.copy(),
         out_y=np.zeros((times.size, n)),
         out_s=np.zeros((times.size, n_s), dtype=np.int64),
@@ -214,6 +247,12 @@ def _workspace(assembly: Assembly, times: np.ndarray, tableau: Method, step: flo
     )
 
 
+def loop_record(times: np.ndarray, step: float | None) -> np.record:
+    """What the loop counts and carries at the start of a run over times (nt,), s."""
+    first = step if step is not None else 1e-6 * (times[-1] - times[0])
+    return zeros_record(ex.LOOP, time=times[0], step=first, origin=times[0], last_error=1e-4, turn=np.inf, starts=1)
+
+
 def _shorter(work: ex.ExplicitWorkspace, least: float) -> bool:
     """Try the step of the adaptive method again with a fifth of its length, unless that is below `least`."""
     if not 0.2 * work.loop.step > least:
@@ -221,14 +260,6 @@ def _shorter(work: ex.ExplicitWorkspace, least: float) -> bool:
     work.loop.step *= 0.2
     work.loop.stale = 1
     return True
-
-
-def _grow_log(work: ex.ExplicitWorkspace) -> ex.ExplicitWorkspace:
-    """The workspace with room for twice as many events."""
-    return work._replace(
-        log_t=np.concatenate([work.log_t, np.zeros_like(work.log_t)]),
-        log_k=np.concatenate([work.log_k, np.zeros_like(work.log_k)]),
-    )
 
 
 def load(model: mdl.Model, tableau: Method, *, rtol: float, atol: float) -> Callable[[ex.ExplicitWorkspace, int], int]:

@@ -1,12 +1,9 @@
-"""Copies of a prepared implicit run in one block of memory each, which compiled code steps on several threads."""
+"""Copies of a prepared implicit run: see `evolvent.solvers.time.copies`."""
 
 from __future__ import annotations
 
 import copy
 import dataclasses
-import threading
-from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from typing import Any
 
 import numpy as np
@@ -16,192 +13,92 @@ from evolvent.algebra.sparse import SparseBlocks
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.model import Model
-from evolvent.model.memory import Memory
-from evolvent.solvers.common import redundancy
-from evolvent.solvers.common.laws import law_failure
+from evolvent.solvers.common import balance as eb, redundancy
+from evolvent.solvers.common.sampled import Sampled
+from evolvent.solvers.common.solution import event_numbers
 from evolvent.solvers.common.start import acts_from_outside
+from evolvent.solvers.time.copies import GOES_ON, STEPS, STOPPED_BY_EVENT, Copies
 from evolvent.solvers.time.implicit.captures import Captures
 from evolvent.solvers.time.implicit.many_steps import advance_many, begin_many, count_open, restart_many
 from evolvent.solvers.time.implicit.messages import reason
 from evolvent.solvers.time.implicit.methods import METHODS
+from evolvent.solvers.time.implicit.releases import write_accounts
 from evolvent.solvers.time.implicit.run import ImplicitRun
 from evolvent.solvers.time.implicit.workspace import AT_RESTART, BUDGET, DONE, SAMPLED, STOPPED, Workspace
-from evolvent.solvers.time.pace import Pace
 from evolvent_base.errors import InputError
 
 Array = np.ndarray
-#: Steps that a copy takes before Python looks at it again, and copies of one call of compiled code, at most.
-STEPS, TOGETHER = 2000, 64
-#: Parts, for each thread, in which copies are handed out.
-PARTS = 4
-#: Structs of a copy, in the order in which compiled code takes their addresses.
-STRUCTS = ("model", "matrix", "work")
-#: States of a copy.
-GOES_ON, STOPPED_BY_EVENT, HAS_FAILED = 0, 1, 2
 
 
-class Copies:
-    """Copies of a run that has not begun, each in its block of memory.
-
-    Parameters
-    ----------
-    run : ImplicitRun, prepared; its own memory is that of none of the copies
-    count : int, of copies
-    workers : int, threads that step them beside one another
+class ImplicitCopies(Copies):
+    """Copies of an implicit run.
 
     Attributes
     ----------
-    memory : Memory, of the model, the matrix and the workspace
-    blocks : (count, size) uint8
-    check : called from time to time with the time that a copy has reached; what it raises ends the call
-    status : (count,) int, `GOES_ON`, `STOPPED_BY_EVENT` or `HAS_FAILED`; reasons : mapping, of those that have failed
     ranks_apart : bool, whether Python finds ranks of constraints, copy by copy: where they have been redundant
     """
 
-    check: Callable[[float], None] | None
+    run: ImplicitRun
 
     def __init__(self, run: ImplicitRun, count: int, workers: int) -> None:
-        self.run, self.count, self.workers = run, count, workers
-        self.midpoint, self.check = run.midpoint, None
-        later = {("work", name) for name in SAMPLED}
-        self.memory = Memory({"model": run.model, "matrix": run.matrix, "work": run.work}, later)
-        self.blocks = self.memory.room(count)
-        self.status, self.reasons = np.zeros(count, dtype=np.int64), dict[int, str]()
-        self._codes = np.zeros(count, dtype=np.int64)
-        self._runs: dict[int, ImplicitRun] = {}
-        self._views: dict[int, dict[str, Any]] = {}
-        self._pace: dict[int, Pace] = {}
-        self._room = threading.local()
-        self._pool: ThreadPoolExecutor | None = None
-        self._ends = threading.Event()
+        super().__init__(run, count, workers, {"model": run.model, "matrix": run.matrix, "work": run.work}, SAMPLED)
+        self.midpoint = run.midpoint
         others = frozenset().union(*(row.modules for row in METHODS.values())) - METHODS[run.plan.method].modules
         roots: list[Any] = [begin_many, advance_many]
         roots += [count_open] if run.model.constraints.size else []
         roots += [] if self.midpoint else [restart_many]
         needs.load(run.model, *roots, without=others)
-        self._structs: list[Any] = [[None] * count for _ in STRUCTS]
-        if not config.DISABLE_JIT:
-            self._structs = [self.memory.addresses(self.blocks, name) for name in STRUCTS]
-        self.loop = self.memory.values(self.blocks, "work", "loop")
-        self.samples = self.memory.values(self.blocks, "work", "samples")
-        self.stops = self._values("work", "stops")
-        self.rows = self._values("model", "constraints")
+        self.stops, self.rows = self.values("work", "stops"), self.values("model", "constraints")
         ranks = run.ranks.found
         self.ranks_apart = bool(config.DISABLE_JIT or any(one.redundancy is not None for one in ranks))
         self._ranked = np.repeat(ranks[0].held[None], count, axis=0) if ranks else np.zeros((count, 0), dtype=bool)
         self._ranked_latches = np.zeros(count, dtype=np.int64)
 
-    def _values(self, *path: str) -> Array | None:
-        """An array of all copies; None of one without entries."""
-        return self.memory.values(self.blocks, *path) if path in self.memory.places else None
+    def sampled(self, which: Array, model: Model) -> dict[str, Any]:
+        """As of all copies."""
 
-    # ------------------------------------------------------------------------------------------------ start
+        def both(name: str) -> Array:
+            """What the loop has kept of the first and the last sample of each copy, one after the other."""
+            nominal: Array = getattr(self.run.work, name)
+            kept = self.values("work", name)
+            if kept is None:
+                return np.zeros((2 * which.size, *nominal.shape[1:]), dtype=nominal.dtype)
+            last = np.maximum(self.loop["sample"][which] - 1, 0)
+            found = np.stack([kept[which, 0], kept[which, last]], axis=1)
+            return np.ascontiguousarray(found.reshape(2 * which.size, *found.shape[2:]))
 
-    def place(self, which: Array, write: Callable[[Array], None]) -> None:
-        """Put copies at the start of the run.
+        y, balance = both("out_y"), both("out_balance").view(eb.BALANCE)[:, 0].view(np.recarray)
+        write_accounts(model, y, balance)
+        return {"y": y, "s": both("out_s"), "kept": Sampled(both("out_a"), both("out_la"), balance, both("out_forces"))}
 
-        Parameters
-        ----------
-        which : (k,) int
-        write : writes what is their own, given `which`, into their blocks
-        """
-        self.status[which] = GOES_ON
-        for k in which.tolist():
-            self.reasons.pop(k, None)
-            self._runs.pop(k, None)
-            self._pace.pop(k, None)
-
-        def start(part: Array) -> None:
-            self.memory.fill(self.blocks, part)
-            write(part)
-            if self.run.ranks.found:
-                self._ranked[part], self._ranked_latches[part] = self.run.ranks.found[0].held, 0
-            for k in part.tolist() if config.DISABLE_JIT else ():
-                views = self.memory.views(self.blocks[k])
-                for structs, name in zip(self._structs, STRUCTS, strict=True):
-                    structs[k] = views[name]
-            self._begin(part)
-
-        self._each(which, start)
+    def events(self, k: int) -> tuple[Array, Array]:
+        """As of all copies."""
+        work = self.of(k).work
+        count = int(work.loop.latches)
+        return work.log_t[:count], event_numbers(self.run.model, work.log_k[:count])
 
     def _begin(self, which: Array) -> None:
-        """Start the loops of copies."""
+        """As of all copies."""
         first = self.run.ranks.found
+        if first:
+            self._ranked[which], self._ranked_latches[which] = first[0].held, 0
         if first and first[0].redundancy is not None:  # whose compliance follows from the masses
             for k in which.tolist():
                 self._guarded(k, lambda one: one.begin_anew())
             return
         for part in self._parts(which):
             try:
-                begin_many(part, *self._structs, self._codes)
+                begin_many(part, *self._structs.values(), self._codes)
             except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
                 self._fail(int(part[0]), self._failure_of(int(part[0]), error))
                 continue
             for k in part[self._codes[part] != DONE].tolist():
                 self._guarded(k, lambda one: reason(int(self._codes[one.number]), one))
 
-    def _parts(self, which: Array) -> Sequence[Array]:
-        """Copies that one call of compiled code takes: single ones where users' laws may raise."""
-        if self.run.assembly.laws or self.run.assembly.expressions or config.DISABLE_JIT:
-            return [which[k : k + 1] for k in range(which.size)]
-        return [which] if which.size else []
-
-    def _guarded(self, k: int, act: Callable[[Any], str]) -> bool:
-        """Act on the run of a copy; returns whether it goes on."""
-        try:
-            failure = act(self.of(k))
-        except InputError as error:
-            failure = str(error)
-        except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
-            failure = self._failure_of(k, error)
-        if failure:
-            self._fail(k, failure)
-        return not failure
-
-    def _failure_of(self, k: int, error: Exception) -> str:
-        """What a user's law has raised in a copy."""
-        own = self.of(k)
-        return law_failure(own.assembly, error, own.moments())
-
-    def _fail(self, k: int, why: str) -> None:
-        self.status[k], self.reasons[k] = HAS_FAILED, why
-
-    def of(self, k: int) -> Any:
-        """The run of a copy, whose structs share the memory of its block."""
-        if k not in self._runs:
-            if k not in self._views:
-                self._views[k] = self.memory.views(self.blocks[k])
-            self._runs[k] = _run_of(self.run, self._views[k], k)
-        return self._runs[k]
-
-    # ------------------------------------------------------------------------------------------------ time
-
-    @property
-    def time(self) -> Array:
-        """(count,) float, s, times reached."""
-        return np.asarray(self.loop["time"])
-
-    def go_to(
-        self, which: Array, ends: Array, changed: Array, progress: Callable[[int, int], None] | None = None
-    ) -> None:
-        """Go on with copies to times; those that have failed or stopped stay where they are.
-
-        Parameters
-        ----------
-        which : (k,) int; ends : (k,) float, s, after the times reached
-        changed : (k,) bool, whose loads have jumped
-        """
-        moves = (self.status[which] == GOES_ON) & (ends > self.time[which])
-        which, ends, changed = which[moves], ends[moves], changed[moves]
-        self.samples[which, 0], self.samples[which, 1] = self.time[which], ends
+    def _go_on(self, which: Array, ends: Array, changed: Array) -> Array:
+        """As of all copies."""
         self.loop["sample"][which] = 1
-        jumps = np.zeros(self.count, dtype=bool)
-        jumps[which] = changed | self._pass_stops(which)
-        self._each(which, lambda part: self._advance(part, jumps), progress)
-
-    def run_to_end(self, which: Array) -> None:
-        """Go on with copies that stand at their start to the last sample."""
-        self._each(which[self.status[which] == GOES_ON], lambda part: self._advance(part, np.zeros(self.count, bool)))
+        return np.asarray(changed | self._pass_stops(which))
 
     def _pass_stops(self, which: Array) -> Array:
         """Pass stops at the ends of the steps before; returns at which copies there was one, (k,) bool."""
@@ -219,27 +116,16 @@ class Copies:
             self.loop["stop"][which[passed]] += 1
             found |= passed
 
-    def _advance(self, which: Array, jumps: Array) -> None:
-        """Go on with copies to their last samples."""
-        jumped = which[jumps[which]]
-        if jumped.size:
-            self._restart(jumped)
-        which = which[self.status[which] == GOES_ON]
-        while which.size and not self._ends.is_set():
-            left = list[Array]()
-            for part in self._parts(which):
-                try:
-                    advance_many(part, *self._structs, self._codes, STEPS)
-                except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
-                    self._fail(int(part[0]), self._failure_of(int(part[0]), error))
-                    continue
-                left.append(self._ended(part))
-                if self.check is not None:
-                    self.check(float(self.time[part[0]]))
-            which = np.concatenate([*left, np.zeros(0, dtype=np.int64)])
+    def _take_steps(self, which: Array) -> None:
+        """As of all copies."""
+        advance_many(which, *self._structs.values(), self._codes, STEPS)
+
+    def _run_of(self, views: dict[str, Any], number: int) -> Any:
+        """As of all copies; it has begun where the run has not."""
+        return _run_of(self.run, views, number)
 
     def _ended(self, which: Array) -> Array:
-        """What copies do after a call of compiled code; returns those that go on."""
+        """As of all copies."""
         codes = self._codes[which]
         self.status[which[codes == STOPPED]] = STOPPED_BY_EVENT
         for k in which[codes < 0].tolist():
@@ -255,17 +141,8 @@ class Copies:
                 self._guarded(k, lambda one: (one.ranks.now or ranked).contradiction(one.gaps(), one.reached))
         return which[goes_on & (self.status[which] == GOES_ON)]
 
-    def _look(self, k: int) -> None:
-        """End a copy whose steps become ever smaller."""
-        row = self.loop[k]
-        pace = self._pace.setdefault(k, Pace(float(row["time"])))
-        end = float(self.samples[k, -1])
-        stall = pace.stall(float(row["time"]), int(row["steps"]), end, fixed=self.run.plan.step)
-        if stall is not None:
-            self._fail(k, self.of(k).stall_message(stall))
-
     def _restart(self, which: Array) -> None:
-        """Start copies again where loads or joints change at once."""
+        """As of all copies."""
         smallest = 20.0 * float(self.run.plan.options.smallest)
         after = np.zeros(self.count)
         after[which] = self.time[which] + np.maximum(1e-9 * self.loop["last"][which], smallest)
@@ -279,7 +156,7 @@ class Copies:
             return
         for part in self._parts(which):
             try:
-                restart_many(part, after, *self._structs, self._codes)
+                restart_many(part, after, *self._structs.values(), self._codes)
             except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
                 self._fail(int(part[0]), self._failure_of(int(part[0]), error))
                 continue
@@ -317,7 +194,7 @@ class Copies:
         self._codes[which] = -1 if self.ranks_apart else 0
         if apart.size:
             room = self._rank_room()
-            count_open(apart, after, *self._structs, *room, self._codes)
+            count_open(apart, after, *self._structs.values(), *room, self._codes)
         for k in which[self._codes[which] != 0].tolist():
             self._guarded(k, self._find_rank)
         self._ranked[which], self._ranked_latches[which] = held, self.loop["latches"][which]
@@ -343,47 +220,6 @@ class Copies:
             return str(one.find_rank(one.after, one.work.y))
         finally:
             self._room.model, one.ranks._apart = one.ranks._apart, None
-
-    # ------------------------------------------------------------------------------------------------ threads
-
-    def _each(
-        self, which: Array, act: Callable[[Array], None], progress: Callable[[int, int], None] | None = None
-    ) -> None:
-        """Act on copies, on all threads; `progress` is called with the number of those that are done and of all."""
-        if not which.size:
-            return
-        size = max(1, min(TOGETHER, -(-which.size // (PARTS * self.workers))))
-        parts = [which[k : k + size] for k in range(0, which.size, size)]
-        if self.workers == 1 or len(parts) == 1:
-            for n, part in enumerate(parts, 1):
-                act(part)
-                if progress is not None:
-                    progress(min(n * size, which.size), which.size)
-            return
-        if self._pool is None:
-            self._pool = ThreadPoolExecutor(self.workers, thread_name_prefix="evolvent-batch")
-        self._ends.clear()
-        left, done = {self._pool.submit(act, part): part.size for part in parts}, 0
-        try:
-            while left:
-                for future in wait(left, return_when=FIRST_COMPLETED).done:
-                    done += left.pop(future)
-                    future.result()
-                if progress is not None:
-                    progress(done, which.size)
-        except BaseException:
-            self._ends.set()
-            for future in left:
-                future.cancel()
-            wait(left)
-            self._ends.clear()
-            raise
-
-    def close(self) -> None:
-        """End the threads."""
-        if self._pool is not None:
-            self._pool.shutdown()
-        self._pool = None
 
 
 class _CopiedRun(ImplicitRun):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from evolvent.solvers.common.start import STEP_ALLOWED, acts_from_outside, check
 from evolvent.solvers.time.implicit import reactions
 from evolvent.solvers.time.implicit.methods import ENERGY_MOMENTUM, METHODS, NAME
 from evolvent.solvers.time.implicit.run import ImplicitRun, rows_of_part
-from evolvent.solvers.time.implicit.setup import paid_out_energy, workspace
+from evolvent.solvers.time.implicit.setup import error_sizes, paid_out_energy, shares, stops_of, workspace
 from evolvent.solvers.time.implicit.step_error import LEAST_NEWTON, LEFT_SHARE, rate_tolerance
 from evolvent.solvers.time.implicit.workspace import OPTIONS, Workspace
 from evolvent_base.errors import InputError
@@ -71,6 +71,33 @@ class ImplicitPlan:
     weight: np.ndarray
     options: np.record
     asked: _Asked
+
+    #: Fields of the workspace that a plan has made.
+    made: ClassVar[tuple[str, ...]] = ("options", "weight", "error_weight", "shares", "stops")
+
+    def again(self, assembly: Assembly) -> dict[str, Any]:
+        """The fields `made` of the plan that another model of the same structure would have.
+
+        Parameters
+        ----------
+        assembly : with a model of its own, that of the plan with other numbers
+
+        Raises
+        ------
+        InputError
+            Where loads change at another number of times.
+        """
+        model, (weight, options) = assembly.model, _numbers(assembly, self.asked)
+        stops, conserves = stops_of(assembly, self.times), bool(options.midpoint)
+        if stops.shape != stops_of(self.assembly, self.times).shape:
+            raise InputError(
+                "other values change the number of times at which loads change; use evolvent.simulate_many"
+            )
+        return {
+            "options": options, "weight": weight, "stops": stops,
+            "error_weight": error_sizes(model, weight, conserves=conserves),
+            "shares": shares(model, weight, conserves=conserves),
+        }  # fmt: skip
 
     def workspace(self) -> Workspace:
         """The loop's workspace at the start of a run."""
@@ -152,16 +179,6 @@ def plan(
     asked = _Asked(method, times, step, tolerance, rho, newton, largest_gain, longest)
     weight, options = _numbers(mine, asked)
     return ImplicitPlan(mine, method, times, step, matrix_for(mine), weight, options, asked)
-
-
-def numbers_again(plan: ImplicitPlan, assembly: Assembly) -> tuple[np.ndarray, np.record]:
-    """`weight` and `options` of the plan that another model of the same structure would have.
-
-    Parameters
-    ----------
-    assembly : with a model of its own, that of the plan with other numbers
-    """
-    return _numbers(assembly, plan.asked)
 
 
 class _Asked(NamedTuple):

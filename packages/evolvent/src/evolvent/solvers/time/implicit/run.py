@@ -219,10 +219,6 @@ class ImplicitRun(run.MotionRun):
             implicit_samples.keep_sample(self.work.samples.size - 1, 1.0, self.reached, 0.0, self.model, self.work)
         return ("failed", failure) if failure else run.FINISHED
 
-    def stopped(self) -> run.Ending:
-        """How a run ends that an event has stopped."""
-        return "stopped by event", f"an event stopped the run at t = {self.reached:.9g} s"
-
     def stall_message(self, stall: Stall) -> str:
         """Why a run of ever smaller steps is ended."""
         return stalled(stall, self)
