@@ -1,0 +1,255 @@
+"""Points on cords that only pull, beside a coordinate: the mechanism in equilibrium where cords are slack or not.
+
+Points that nothing but such cords holds, as the nodes of a net, have no place of their own while the cords are slack.
+The energy of the cords is a convex function of the places of their ends. So it has one least value over the places of
+the points, with all else where it is, and the forces on all else are the same wherever it has that value. At a
+position the mechanism is first in equilibrium without these cords, and the least energy is sought on it. Where it is 0
+the cords are slack, and that is the equilibrium. Else the mechanism is in equilibrium with them, sought from there.
+
+Notes
+-----
+The least energy is 0 where the points have places at which no cord is longer than it is without tension. They are
+sought with cords that are shorter by a billionth: then they are found by a finite number of iterations where there is
+some room, and the forces of the cords are 0, not nearly so.
+
+Iterations are those of Newton with a stiffness of the points that is added to the tangent and falls with their forces,
+mu = max|F|/delta: what no cord holds moves by delta at most, and the rate of convergence stays quadratic also where a
+least value is no point (Li, Fukushima, Qi & Yamashita 2004, "Regularized Newton methods for convex minimization
+problems with singular solutions"). It is in no force, and so in no equilibrium. A point whose cords are all slack is in
+no equation of the others, and stays where it is.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import scipy
+
+from evolvent.analysis.margins.positions import Position
+from evolvent.analysis.margins.shares import of_family
+from evolvent.analysis.margins.stiffness import LARGEST, Stiffness, fulfils, independent, is_settled, scale_of
+from evolvent.equations.implicit import tangent
+from evolvent.kernels.blocks import displace
+from evolvent.model.registry import families
+from evolvent.solvers.static.work import sparse_of
+from evolvent_base.errors import InputError
+
+if TYPE_CHECKING:
+    from evolvent.analysis.margins.elastic import Elastic
+
+Array = np.ndarray
+
+#: Factors of the lengths without tension: of cords that are never taut, and of those with which points are sought.
+_NEVER, _SHORTER = 1e9, 1.0 - 1e-9
+#: Least stiffness of the points beside the largest, at which they have a place.
+_SINGULAR = 1e-13
+#: Move of what nothing holds (delta) beside the size of the system, forces that are 0 beside stiffness times size.
+_STEP, _BALANCED = 0.01, 1e-14
+#: Iterations; parts of a move that are tried; what is left of the slope along it.
+_ITERATIONS, _TRIES, _LEFT = 200, 30, 0.5
+#: Least eigenvalue beside the largest diagonal that is round-off.
+_STABLE = 1e-12
+
+
+def pulling(model: Any, factor: float) -> dict[str, Array]:
+    """Arrays of a model with the lengths of what only pulls times a factor; none where nothing only pulls."""
+    found = dict[str, Array]()
+    for family in families().values():
+        own = of_family(family.name)
+        if own.pulling is not None:
+            found |= own.pulling(model, factor)
+    return found
+
+
+class LoosePoints:
+    """Points that cords alone hold, some of which are slack.
+
+    Parameters
+    ----------
+    elastic : Elastic
+    free : (n,) int, velocities of the points
+    """
+
+    def __init__(self, elastic: Elastic, free: Array) -> None:
+        model, self._elastic, self._mechanism, self.free = elastic.model, elastic, elastic.mechanism, free
+        self.model = model
+        self.without = model._replace(**pulling(model, _NEVER))
+        self._shorter = model._replace(**pulling(model, _SHORTER))
+        self._size = float(np.median(elastic.weight[free]))
+        self._known: tuple[Position, tuple[int, ...], Stiffness, float] | None = None
+
+    @classmethod
+    def of(cls, elastic: Elastic, at: Position) -> LoosePoints | None:
+        """Those of a position; None where there are none, or all have a place of their own."""
+        never, one = pulling(elastic.model, _NEVER), elastic.mechanism
+        points = one.whole.points
+        if not never or not points.size:
+            return None
+        own = points["iv"][:, None] - one.n_q + np.arange(3)
+        K = _tangent(elastic, at.y, at.t, elastic.model._replace(**never))
+        held = np.abs(at.G).sum(axis=0) + np.abs(at.J).sum(axis=0) + np.abs(K).sum(axis=0).A1
+        free = own[(held[own] == 0.0).all(axis=1) & (points["mass"] > 0.0)].ravel()
+        if not free.size:
+            return None
+        squares = np.linalg.eigvalsh(_tangent(elastic, at.y, at.t, elastic.model)[free][:, free].toarray())
+        return cls(elastic, free) if squares[0] <= _SINGULAR * squares[-1] else None
+
+    # ------------------------------------------------------------------------------------------------ equilibria
+
+    def settle(self, rows: list[int], values: Array, at: Position) -> Position | None:
+        """The equilibrium in which the coordinates `rows` have `values`, sought from another position; or None."""
+        bare = self._balance(rows, values, at, self.without)
+        if bare is None:
+            return None
+        least = self.least(bare)
+        if self.is_slack(least):
+            return least
+        return self._balance(rows, values, least, self.model)
+
+    def is_slack(self, at: Position) -> bool:
+        """Whether no cord pulls at a position."""
+        one = self._mechanism
+        forces = [one.left(at.t, at.y, model, factor=1.0) for model in (self.model, self.without)]
+        return bool(np.array_equal(*forces))
+
+    def least(self, at: Position) -> Position:
+        """The position at which the energy of the cords is least, with all but the points where it is."""
+        y = at.y
+        if not np.any(self._mechanism.left(at.t, y, self.without, factor=1.0)[self.free]):
+            y = self._least(y, at.t, self._shorter, until_slack=True)
+            if self.is_slack(at := self._mechanism.at(at.t, y)):
+                return at
+        return self._mechanism.at(at.t, self._least(y, at.t, self.model, until_slack=False))
+
+    def _least(self, y: Array, t: float, model: Any, *, until_slack: bool) -> Array:
+        """The state of least energy over the places of the points."""
+        one, free = self._mechanism, self.free
+        loaded = until_slack and one.left(t, y, self.without, factor=1.0)
+        for _ in range(_ITERATIONS):
+            if until_slack and np.array_equal(one.left(t, y, self.model, factor=1.0), loaded):
+                break
+            F = one.left(t, y, model, factor=1.0)[free]
+            K = _tangent(self._elastic, y, t, model)[free][:, free].toarray()
+            largest = float(np.abs(F).max())
+            if largest <= _BALANCED * K.diagonal().max(initial=0.0) * self._size:
+                break
+            K[np.diag_indices_from(K)] += largest / (_STEP * self._size)
+            d = np.zeros(one.n_v)
+            d[free] = -scipy.linalg.solve(K, F, assume_a="pos")
+            y = self._moved(y, t, model, d, None)
+        return y
+
+    def _moved(self, y: Array, t: float, model: Any, d: Array, la: Array | None) -> Array:
+        """The state after a part of a move d (nv,) with which the slope of the energy along it has fallen."""
+        one = self._mechanism
+
+        def slope(part: float) -> tuple[float, Array]:
+            moved = y.copy()
+            displace(y, part * d, False, one.bare, moved)
+            return float(one.left(t, moved, model, la=la, factor=1.0)[: one.n_v] @ d), moved
+
+        first, part = slope(0.0)[0], 1.0
+        low, below, high, above = 0.0, first, math.inf, 0.0
+        for _ in range(_TRIES):
+            now, moved = slope(part)
+            if first >= 0.0 or abs(now) <= _LEFT * abs(first) or (part == 1.0 and now <= 0.0):
+                break
+            if now > 0.0:
+                high, above = part, now
+            else:
+                low, below = part, now
+            part = low + (high - low) * min(max(below / (below - above), 0.1), 0.9)
+        return moved
+
+    def _balance(self, rows: list[int], values: Array, at: Position, model: Any) -> Position | None:
+        """Newton's method with the coordinates held; the points stay where the cords are left out."""
+        one, elastic, alone = self._mechanism, self._elastic, model is self.without
+        before, left = math.inf, np.setdiff1d(np.arange(one.n_v), self.free)
+        for _ in range(_ITERATIONS):
+            x = at.x
+            A = np.vstack([at.G, one.tied(at.J), at.J[rows]])
+            b = -np.concatenate([at.gaps, one.stretch(x), x[rows] - values])
+            try:
+                found, balanced = self._stiffness(at, A, rows, model)
+                F = found.F.copy()
+                if alone:
+                    F[self.free] = 0.0
+                d, _ = found.move(b, F)
+            except (np.linalg.LinAlgError, RuntimeError, ValueError):
+                return None
+            size = float(np.abs(d / elastic.weight)[left].max(initial=0.0))
+            if not math.isfinite(size):
+                return None
+            off = float(np.abs(b).max(initial=0.0))
+            print("   ", alone, off, size, np.abs(found.F[self.free]).max(), balanced)
+            if is_settled(off, size, before) and (alone or balanced):
+                return at
+            before = size
+            d *= min(1.0, LARGEST / max(float(np.abs(d / elastic.weight).max()), LARGEST))
+            if fulfils(off) and not alone:
+                y = self._moved(at.y, at.t, model, d, elastic.multipliers)
+            else:
+                y = at.y.copy()
+                displace(at.y, d, False, one.bare, y)
+            at = one.at(at.t, y)
+        return None
+
+    def _stiffness(
+        self, at: Position, A: Array, rows: list[int], model: Any, *, exact: bool = False
+    ) -> tuple[Stiffness, bool]:
+        """Forces and stiffness of a position, with that which is added for the points, and whether they are balanced.
+
+        A, rows, model: as of `Elastic.tangent`; `exact`: nothing is added but of points whose cords are all slack.
+        """
+        elastic, free = self._elastic, self.free
+        K, F = elastic.tangent(at, A, rows, model)
+        own = K[np.ix_(free, free)]
+        typical = float(own.diagonal().max(initial=0.0)) or 1.0
+        largest = 0.0 if model is self.without else float(np.abs(F[free]).max())
+        balanced = largest <= _BALANCED * typical * self._size
+        K[free, free] += np.where(np.any(own, axis=1), 0.0, typical)
+        if not exact:
+            K[free, free] += largest / (_STEP * self._size)
+        scale = scale_of(K, elastic.weight)
+        held, _ = independent(A * scale, mode="r")
+        return Stiffness(K, at.mass, A, held, F, scale, np.zeros((F.size, 0)), 0.0), balanced
+
+    # ------------------------------------------------------------------------------------------------ directions
+
+    def velocities(self, at: Position, A: Array, rows: list[int], b: Array) -> tuple[Array, float]:
+        """As `Elastic.velocities`; one decomposition for all coordinates that hold the same others."""
+        first = A.shape[0] - len(rows)
+        order = np.concatenate([np.arange(first), first + np.argsort(rows)])
+        known = tuple(sorted(rows))
+        if self._known is None or self._known[0] is not at or self._known[1] != known:
+            found, _ = self._stiffness(at, A[order], list(known), self.model, exact=True)
+            self._known = at, known, found, self._lowest(found)
+        _, _, found, lowest = self._known
+        return found.move(b[order], np.zeros(found.F.size))[0], lowest
+
+    @staticmethod
+    def _lowest(found: Stiffness) -> float:
+        """Lowest eigenvalue of S where it is below 0, else 0."""
+        _, N = independent(found.A * found.scale)
+        N = found.scale[:, None] * N
+        S = N.T @ found.K @ N
+        S = 0.5 * (S + S.T)
+        if not S.size:
+            return 0.0
+        even = _STABLE * float(np.abs(S.diagonal()).max())
+        try:
+            np.linalg.cholesky(S + even * np.eye(len(S)))
+            return 0.0
+        except np.linalg.LinAlgError:
+            return min(float(np.linalg.eigvalsh(S)[0]) + even, 0.0)
+
+
+def _tangent(elastic: Elastic, y: Array, t: float, model: Any) -> Any:
+    """Derivatives (nv, nv) of the forces of a model without those of what holds, sparse."""
+    one = elastic.mechanism
+    one.left(t, y, model, factor=1.0)
+    tangent(t, y, one.none[1], 0.0, 0.0, 1.0, model, elastic.matrix)
+    return sparse_of(elastic.matrix)[: one.n_v, : one.n_v]
