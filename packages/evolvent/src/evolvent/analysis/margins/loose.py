@@ -32,7 +32,7 @@ from evolvent.analysis.margins.positions import Position
 from evolvent.analysis.margins.shares import of_family
 from evolvent.analysis.margins.stiffness import LARGEST, Stiffness, fulfils, independent, is_settled, scale_of
 from evolvent.equations.implicit import tangent
-from evolvent.kernels.blocks import displace
+from evolvent.kernels.blocks import POSITION, ROTATION, displace
 from evolvent.model.registry import families
 from evolvent.solvers.static.work import sparse_of
 from evolvent_base.errors import InputError
@@ -184,7 +184,6 @@ class LoosePoints:
             if not math.isfinite(size):
                 return None
             off = float(np.abs(b).max(initial=0.0))
-            print("   ", alone, off, size, np.abs(found.F[self.free]).max(), balanced)
             if is_settled(off, size, before) and (alone or balanced):
                 return at
             before = size
@@ -192,10 +191,33 @@ class LoosePoints:
             if fulfils(off) and not alone:
                 y = self._moved(at.y, at.t, model, d, elastic.multipliers)
             else:
-                y = at.y.copy()
-                displace(at.y, d, False, one.bare, y)
+                y = self._carried(at.y, d)
             at = one.at(at.t, y)
         return None
+
+    def _carried(self, y: Array, d: Array) -> Array:
+        """The state after a move d (nv,) in which each body moves on the helix of its own velocity and turn.
+
+        Bodies that turn together about an axis do so without a strain, however far.
+        """
+        one, moved = self._mechanism, y.copy()
+        displace(y, d, False, one.bare, moved)
+        blocks = one.bare.blocks
+        turns = blocks[blocks["kind"] == ROTATION]
+        turns = turns[np.isin(turns["iq"] - 3, blocks["iq"][blocks["kind"] == POSITION])]
+        if not turns.size:
+            return moved
+        q, v = turns["iq"][:, None], turns["iv"][:, None] - one.n_q
+        turned = scipy.spatial.transform.Rotation.from_quat(y[q + [1, 2, 3, 0]])
+        phi, along = turned.apply(d[v + np.arange(3)]), d[v - 3 + np.arange(3)]
+        angle = np.linalg.norm(phi, axis=1)[:, None]
+        small = angle < 1e-4
+        size = np.where(small, 1.0, angle)
+        first = np.where(small, 0.5, (1.0 - np.cos(size)) / size**2)
+        second = np.where(small, 1.0 / 6.0, (size - np.sin(size)) / size**3)
+        across = np.cross(phi, along)
+        moved[q - 3 + np.arange(3)] += first * across + second * np.cross(phi, across)
+        return moved
 
     def _stiffness(
         self, at: Position, A: Array, rows: list[int], model: Any, *, exact: bool = False

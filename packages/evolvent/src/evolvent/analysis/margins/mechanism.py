@@ -23,6 +23,7 @@ import numpy as np
 
 from evolvent.analysis.margins import contacts
 from evolvent.analysis.margins.elastic import Elastic
+from evolvent.analysis.margins.loose import LoosePoints
 from evolvent.analysis.margins.positions import Direction, MechanismModels, Position
 from evolvent.analysis.margins.shares import (
     GRAVITY,
@@ -55,6 +56,8 @@ _MOVE, _ITERATIONS, _REACHED = 0.2, 30, 1e-13
 _PLACES: dict[Any, list[tuple[Position, Array]]] = {}
 _DIRECTIONS: dict[Any, list[Direction]] = {}
 _MOST_KEPT = 32
+#: Halvings of the way between two stations, to where cords become taut, and stations that are added from there.
+_HALVINGS, _ADDED = 12, 7
 
 
 class Mechanism(MechanismModels):
@@ -72,6 +75,8 @@ class Mechanism(MechanismModels):
         super().__init__(assembly, spin, opened, relaxed=relaxed)
         #: Equilibria of elastic parts, None without any.
         self.elastic = Elastic(self) if has_elastic_parts(self.whole) else None
+        #: What `refined` has found, by the path.
+        self._refined: dict[Any, tuple[Mapping[int, Array], tuple[int, ...]]] = {}
         self._digest = _digest(self.bare if self.elastic is None else self.elastic.model, self.ties, spin)
 
     # ------------------------------------------------------------------------------------------------ the engine
@@ -282,8 +287,7 @@ class Mechanism(MechanismModels):
         targets : values (n,) at the stations of coordinate k and of those that are held, by row
         at : a position at rest, from which the first one is sought
         """
-        path = tuple((j, values.tobytes()) for j, values in targets.items())
-        key = (self._digest, path, at.t, at.y.tobytes())
+        key = self._key(targets, at)
         held = [j for j in targets if j != k]
         places, directions = _PLACES.pop(key, []), _DIRECTIONS.pop((*key, k, sense), [])
         for n in range(targets[k].size):
@@ -300,6 +304,63 @@ class Mechanism(MechanismModels):
         for (there, switches), direction in zip(places, directions, strict=True):
             self.bare.switches[:] = switches
             yield there, direction
+
+    def _key(self, targets: Mapping[int, Array], at: Position) -> Any:
+        """What the positions at stations follow from."""
+        path = tuple((j, values.tobytes()) for j, values in targets.items())
+        return self._digest, path, at.t, at.y.tobytes()
+
+    def refined(self, targets: Mapping[int, Array], at: Position) -> tuple[Mapping[int, Array], tuple[int, ...]]:
+        """Targets as of `stations`, with more stations from where cords become taut to the next one.
+
+        Returns
+        -------
+        targets, and the stations at which all cords are slack for the last time, or again for the first time
+        """
+        loose = None if self.elastic is None else self.elastic.loose(at)
+        if loose is None:
+            return targets, ()
+        path = tuple((j, values.tobytes()) for j, values in targets.items())
+        if path not in self._refined:
+            first, switches = at, self.bare.switches.copy()
+            values, places, ends = self._with_ends_of_slack(loose, targets, at)
+            self.bare.switches[:] = switches
+            self._refined[path] = dict(zip(targets, np.ascontiguousarray(values.T), strict=True)), ends
+            _PLACES[self._key(self._refined[path][0], first)] = places
+        return self._refined[path]
+
+    def _with_ends_of_slack(
+        self, loose: LoosePoints, targets: Mapping[int, Array], at: Position
+    ) -> tuple[Array, list[tuple[Position, Array]], tuple[int, ...]]:
+        """Values (n, m) of the coordinates at stations of `refined`, the positions there, and where slack ends."""
+
+        def moved(values: Array, near: Position) -> tuple[Position, Array]:
+            found = self.move(dict(zip(targets, values.tolist(), strict=True)), near)
+            return found, self.bare.switches.copy()
+
+        found, places, ends = list[Array](), list[tuple[Position, Array]](), list[int]()
+        for values in np.array(list(targets.values())).T:
+            there = moved(values, places[-1][0] if places else at)
+            pair = [loose.is_slack(places[-1][0]), loose.is_slack(there[0])] if places else [True, True]
+            if pair[0] != pair[1]:
+                (a, near), b = ((found[-1], places[-1]), values) if pair[0] else ((values, there), found[-1])
+                taut = b
+                for _ in range(_HALVINGS):
+                    middle = moved(0.5 * (a + b), near[0])
+                    if loose.is_slack(middle[0]):
+                        a, near = 0.5 * (a + b), middle
+                    else:
+                        b = 0.5 * (a + b)
+                added, own = np.linspace(a, taut, _ADDED + 2)[1:-1], [near]
+                for one in added:
+                    own.append(moved(one, own[-1][0]))
+                order = 1 if pair[0] else -1
+                ends.append(len(found) + (0 if pair[0] else _ADDED))
+                found += [a, *added][::order]
+                places += own[::order]
+            found.append(values)
+            places.append(there)
+        return np.array(found), places, tuple(ends)
 
     def move(self, targets: dict[int, float], at: Position) -> Position:
         """The position in which coordinates have the values `targets`, at rest, from another one.

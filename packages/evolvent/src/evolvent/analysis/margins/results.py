@@ -232,6 +232,11 @@ class MarginResults(Shown):
                 f"the depth there, and friction acts in full"
                 for name, x in still.touches.items()
             ]
+            found += [
+                f"cords that only pull are all slack at {_place(still, n)} of {one.name!r} and not beyond: the net or the "
+                f"points between them have no share where cords are slack, and stations are added where they pull"
+                for n in still.slack
+            ]
             for n in still.snaps:
                 found.append(
                     f"elastic parts snap between {_place(still, n - 1)} and {_place(still, n)} of {one.name!r}: their "
