@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 from typing import Any
 
@@ -11,8 +10,7 @@ import pytest
 from scipy import integrate, optimize
 from scipy.spatial.transform import Rotation
 
-from evolvent import InputError, System, parts
-from evolvent.analysis.margins.mechanism import Mechanism
+from evolvent import System, parts
 from margin_cases import NONE
 
 #: Radius of the hinges, length of the arms, stiffness and length of the cords, m and N/m.
@@ -99,7 +97,9 @@ def test_one_arm_alone_turns_against_the_others() -> None:
         return float(0.5 * STIFFNESS * sum(max(one, 0.0) ** 2 for one in far))
 
     def least(x: float) -> float:
-        place = optimize.minimize(energy, np.mean([tip(n, x) for n in range(3)], axis=0), args=(x,), method="BFGS", tol=1e-12)
+        place = optimize.minimize(
+            energy, np.mean([tip(n, x) for n in range(3)], axis=0), args=(x,), method="BFGS", tol=1e-12
+        )
         return float(place.fun)
 
     own, h = cords(table), 1e-4

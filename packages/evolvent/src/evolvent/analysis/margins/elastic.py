@@ -144,12 +144,17 @@ class Elastic:
         self._last = at, list(rows), model, found
         return found
 
-    def velocities(self, at: Position, A: Array, rows: list[int], b: Array) -> tuple[Array, float]:
-        """Velocities v with A v = b along the path of equilibria, (nv,), and the lowest eigenvalue of S."""
+    def velocities(self, at: Position, A: Array, rows: list[int], b: Array, *, still: bool) -> tuple[Array, float]:
+        """Velocities v with A v = b along the path of equilibria, (nv,), and the lowest eigenvalue of S.
+
+        Parameters
+        ----------
+        still : bool, whether the position is to be an equilibrium, of which the latter counts
+        """
         loose = self.loose(at)
         try:
             if loose is not None:
-                return loose.velocities(at, A, rows, b)
+                return loose.velocities(at, A, rows, b, still=still)
             found = self.stiffness(at, A, rows, self.model)
             return found.move(b, np.zeros(found.F.size))[0], found.lowest
         except (np.linalg.LinAlgError, RuntimeError, ValueError):

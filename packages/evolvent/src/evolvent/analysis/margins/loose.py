@@ -4,7 +4,8 @@ Points that nothing but such cords holds, as the nodes of a net, have no place o
 The energy of the cords is a convex function of the places of their ends. So it has one least value over the places of
 the points, with all else where it is, and the forces on all else are the same wherever it has that value. At a
 position the mechanism is first in equilibrium without these cords, and the least energy is sought on it. Where it is 0
-the cords are slack, and that is the equilibrium. Else the mechanism is in equilibrium with them, sought from there.
+the cords are slack, and that is the equilibrium. Else the mechanism is in equilibrium with them, sought from the last
+such position, or from there.
 
 Notes
 -----
@@ -21,12 +22,12 @@ no equation of the others, and stays where it is.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy
+from scipy.spatial.transform import Rotation
 
 from evolvent.analysis.margins.positions import Position
 from evolvent.analysis.margins.shares import of_family
@@ -35,7 +36,6 @@ from evolvent.equations.implicit import tangent
 from evolvent.kernels.blocks import POSITION, ROTATION, displace
 from evolvent.model.registry import families
 from evolvent.solvers.static.work import sparse_of
-from evolvent_base.errors import InputError
 
 if TYPE_CHECKING:
     from evolvent.analysis.margins.elastic import Elastic
@@ -48,8 +48,9 @@ _NEVER, _SHORTER = 1e9, 1.0 - 1e-9
 _SINGULAR = 1e-13
 #: Move of what nothing holds (delta) beside the size of the system, forces that are 0 beside stiffness times size.
 _STEP, _BALANCED = 0.01, 1e-14
-#: Iterations; parts of a move that are tried; what is left of the slope along it.
-_ITERATIONS, _TRIES, _LEFT = 200, 30, 0.5
+#: Iterations to the least energy and to an equilibrium; parts of a move that are tried; what is left of the slope
+#: along it.
+_ITERATIONS, _BALANCES, _TRIES, _LEFT = 200, 30, 30, 0.5
 #: Least eigenvalue beside the largest diagonal that is round-off.
 _STABLE = 1e-12
 
@@ -79,7 +80,8 @@ class LoosePoints:
         self.without = model._replace(**pulling(model, _NEVER))
         self._shorter = model._replace(**pulling(model, _SHORTER))
         self._size = float(np.median(elastic.weight[free]))
-        self._known: tuple[Position, tuple[int, ...], Stiffness, float] | None = None
+        self._known: tuple[Position, tuple[int, ...], Stiffness] | None = None
+        self._stable: tuple[Stiffness, float] | None = None
 
     @classmethod
     def of(cls, elastic: Elastic, at: Position) -> LoosePoints | None:
@@ -102,12 +104,13 @@ class LoosePoints:
     def settle(self, rows: list[int], values: Array, at: Position) -> Position | None:
         """The equilibrium in which the coordinates `rows` have `values`, sought from another position; or None."""
         bare = self._balance(rows, values, at, self.without)
-        if bare is None:
-            return None
-        least = self.least(bare)
-        if self.is_slack(least):
+        least = at if bare is None else self.least(bare)
+        if bare is not None and self.is_slack(least):
             return least
-        return self._balance(rows, values, least, self.model)
+        found = None if self.is_slack(at) else self._balance(rows, values, at, self.model)
+        if found is None and bare is not None:
+            found = self._balance(rows, values, least, self.model)
+        return found
 
     def is_slack(self, at: Position) -> bool:
         """Whether no cord pulls at a position."""
@@ -168,7 +171,7 @@ class LoosePoints:
         """Newton's method with the coordinates held; the points stay where the cords are left out."""
         one, elastic, alone = self._mechanism, self._elastic, model is self.without
         before, left = math.inf, np.setdiff1d(np.arange(one.n_v), self.free)
-        for _ in range(_ITERATIONS):
+        for _ in range(_BALANCES):
             x = at.x
             A = np.vstack([at.G, one.tied(at.J), at.J[rows]])
             b = -np.concatenate([at.gaps, one.stretch(x), x[rows] - values])
@@ -208,7 +211,7 @@ class LoosePoints:
         if not turns.size:
             return moved
         q, v = turns["iq"][:, None], turns["iv"][:, None] - one.n_q
-        turned = scipy.spatial.transform.Rotation.from_quat(y[q + [1, 2, 3, 0]])
+        turned = Rotation.from_quat(y[q + np.array([1, 2, 3, 0])])
         phi, along = turned.apply(d[v + np.arange(3)]), d[v - 3 + np.arange(3)]
         angle = np.linalg.norm(phi, axis=1)[:, None]
         small = angle < 1e-4
@@ -241,32 +244,32 @@ class LoosePoints:
 
     # ------------------------------------------------------------------------------------------------ directions
 
-    def velocities(self, at: Position, A: Array, rows: list[int], b: Array) -> tuple[Array, float]:
+    def velocities(self, at: Position, A: Array, rows: list[int], b: Array, *, still: bool) -> tuple[Array, float]:
         """As `Elastic.velocities`; one decomposition for all coordinates that hold the same others."""
         first = A.shape[0] - len(rows)
         order = np.concatenate([np.arange(first), first + np.argsort(rows)])
         known = tuple(sorted(rows))
         if self._known is None or self._known[0] is not at or self._known[1] != known:
             found, _ = self._stiffness(at, A[order], list(known), self.model, exact=True)
-            self._known = at, known, found, self._lowest(found)
-        _, _, found, lowest = self._known
-        return found.move(b[order], np.zeros(found.F.size))[0], lowest
+            self._known = at, known, found
+        found = self._known[2]
+        return found.move(b[order], np.zeros(found.F.size))[0], self._lowest(found) if still else 0.0
 
-    @staticmethod
-    def _lowest(found: Stiffness) -> float:
+    def _lowest(self, found: Stiffness) -> float:
         """Lowest eigenvalue of S where it is below 0, else 0."""
+        if self._stable is not None and self._stable[0] is found:
+            return self._stable[1]
         _, N = independent(found.A * found.scale)
         N = found.scale[:, None] * N
-        S = N.T @ found.K @ N
-        S = 0.5 * (S + S.T)
-        if not S.size:
-            return 0.0
-        even = _STABLE * float(np.abs(S.diagonal()).max())
-        try:
-            np.linalg.cholesky(S + even * np.eye(len(S)))
-            return 0.0
-        except np.linalg.LinAlgError:
-            return min(float(np.linalg.eigvalsh(S)[0]) + even, 0.0)
+        S, lowest = N.T @ found.K @ N, 0.0
+        if S.size:
+            S = 0.5 * (S + S.T) + _STABLE * float(np.abs(S.diagonal()).max()) * np.eye(len(S))
+            try:
+                np.linalg.cholesky(S)
+            except np.linalg.LinAlgError:
+                lowest = min(float(np.linalg.eigvalsh(S)[0]), 0.0)
+        self._stable = found, lowest
+        return lowest
 
 
 def _tangent(elastic: Elastic, y: Array, t: float, model: Any) -> Any:

@@ -221,7 +221,7 @@ class Mechanism(MechanismModels):
             found = self._solved(k, held, sense, at)
         elif not self.waits(k, held, at):
             A, b = self._held(k, held, sense, at)
-            v, lowest = self.elastic.velocities(at, A, [*held, k], b)
+            v, lowest = self.elastic.velocities(at, A, [*held, k], b, still=still)
             found = self._checked(v, A, b, at)
             if still and lowest < 0.0:
                 raise InputError(

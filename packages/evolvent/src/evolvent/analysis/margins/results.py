@@ -233,8 +233,8 @@ class MarginResults(Shown):
                 for name, x in still.touches.items()
             ]
             found += [
-                f"cords that only pull are all slack at {_place(still, n)} of {one.name!r} and not beyond: the net or the "
-                f"points between them have no share where cords are slack, and stations are added where they pull"
+                f"cords that only pull are all slack at {_place(still, n)} of {one.name!r}, where some begin to pull: "
+                f"they have no share where they are slack, and stations are added where they pull"
                 for n in still.slack
             ]
             for n in still.snaps:
