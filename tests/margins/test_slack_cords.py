@@ -20,11 +20,10 @@ FOLD, TAUT = 1.2, math.acos((LENGTH - INNER) / ARM)
 ASKED = {"motion": False, "zero": NONE, "others": "together", "stations": 13}
 
 
-def star(arms: int = 3, cord: float = LENGTH, **point: Any) -> System:
+def star(arms: int = 3, cord: float = LENGTH) -> System:
     """Arms that springs open until they lie in a plane, with a point between their tips on a cord to each."""
-    system = System(**point.pop("system", {}))
-    where = {"position": (0.0, 0.0, 0.3)} | point
-    system.add(parts.Point(mass=0.01, **where), "knot")
+    system = System()
+    system.add(parts.Point(mass=0.01, position=(0.0, 0.0, 0.3)), "knot")
     for n in range(arms):
         turn = 2.0 * math.pi * n / arms
         out, across = (math.cos(turn), math.sin(turn), 0.0), (-math.sin(turn), math.cos(turn), 0.0)
@@ -106,3 +105,11 @@ def test_one_arm_alone_turns_against_the_others() -> None:
     for n in (2, 12):
         slope = (least(table.x[n] + h) - least(table.x[n] - h)) / (2.0 * h)
         assert own[n] == pytest.approx(-slope, rel=1e-5, abs=1e-9)
+
+
+def test_beside_what_flies_free() -> None:
+    """A body that nothing holds has no part in it."""
+    system = star()
+    system.add(parts.RigidBody(mass=1.0, inertia=(1.0, 1.0, 1.0), position=(5.0, 0.0, 0.0)), "stray")
+    table = system.margin(**ASKED | {"stations": 3})["spring 0"]
+    assert cords(table) == pytest.approx(by_hand(table.x), abs=1e-9)

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -47,6 +48,8 @@ _RANK, _FREE = 1e-10, 1e-13
 _ITERATIONS = 30
 #: Largest move of a coordinate in a step, rad or m, and the smallest part of a step.
 _MOVE, _SMALLEST = 0.2, 1.0 / 1024.0
+#: Function of coordinates that are held, their values, and a position to another one; None where it is not found.
+Search = Callable[[list[int], Array, Position], Position | None]
 
 
 class Elastic:
@@ -171,8 +174,12 @@ class Elastic:
         energies(at.t, at.y, self.model, found)
         return float(found[1])
 
-    def move(self, targets: dict[int, float], at: Position) -> Position:
+    def move(self, targets: dict[int, float], at: Position, *, by: Search | None = None) -> Position:
         """The equilibrium in which coordinates have the values `targets`, from another position.
+
+        Parameters
+        ----------
+        by : finds what is sought in place of the equilibrium, None where that is not there
 
         Raises
         ------
@@ -183,11 +190,12 @@ class Elastic:
         start, end = at.x[rows].copy(), np.array([targets[k] for k in rows])
         share, step = 0.0, min(1.0, _MOVE / max(float(np.abs(end - start).max(initial=0.0)), _MOVE))
         left, loose = None, self.loose(at)
+        by = by or (None if loose is None else loose.settle)
         while share < 1.0:
             upto, switches = min(1.0, share + step), one.bare.switches.copy()
             values, near = start + (end - start) * upto, at
-            if loose is not None:
-                found = loose.settle(rows, values, at)
+            if by is not None:
+                found = by(rows, values, at)
             else:
                 if self._pushing is not None:
                     near = self._balance(rows, values, at, left, 1.0 - upto, self._pushing)[0] or at

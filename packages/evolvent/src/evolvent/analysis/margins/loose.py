@@ -80,6 +80,8 @@ class LoosePoints:
         self.without = model._replace(**pulling(model, _NEVER))
         self._shorter = model._replace(**pulling(model, _SHORTER))
         self._size = float(np.median(elastic.weight[free]))
+        #: Motions (nv, j) that nothing resists, as of the last iteration.
+        self.flying = np.zeros((self._mechanism.n_v, 0))
         self._known: tuple[Position, tuple[int, ...], Stiffness] | None = None
         self._stable: tuple[Stiffness, float] | None = None
 
@@ -97,20 +99,39 @@ class LoosePoints:
         if not free.size:
             return None
         squares = np.linalg.eigvalsh(_tangent(elastic, at.y, at.t, elastic.model)[free][:, free].toarray())
-        return cls(elastic, free) if squares[0] <= _SINGULAR * squares[-1] else None
+        if squares[0] > _SINGULAR * squares[-1]:
+            return None
+        found = cls(elastic, free)
+        found.flying = found._flying(at)
+        return found
+
+    def _flying(self, at: Position) -> Array:
+        """Motions (nv, j) that neither joints, nor held coordinates, nor a stiffness resist, but for the points."""
+        A = np.vstack([at.G, self._mechanism.tied(at.J), at.J])
+        found, _ = self._stiffness(at, A, list(range(at.x.size)), self.without, exact=True)
+        N, S = _projected(found)
+        even = _SINGULAR * float(np.abs(S.diagonal()).max(initial=0.0))
+        try:
+            np.linalg.cholesky(S - even * np.eye(len(S)))
+            return self.flying
+        except np.linalg.LinAlgError:
+            squares, modes = np.linalg.eigh(S)
+            return np.asarray(N @ modes[:, np.abs(squares) <= even])
 
     # ------------------------------------------------------------------------------------------------ equilibria
 
+    def stand(self, rows: list[int], values: Array, at: Position) -> Position | None:
+        """The equilibrium without the cords, with the least energy of these; rows, values, at: as of `settle`."""
+        bare = self._balance(rows, values, at, self.without)
+        return None if bare is None else self.least(bare)
+
     def settle(self, rows: list[int], values: Array, at: Position) -> Position | None:
         """The equilibrium in which the coordinates `rows` have `values`, sought from another position; or None."""
-        bare = self._balance(rows, values, at, self.without)
-        least = at if bare is None else self.least(bare)
-        if bare is not None and self.is_slack(least):
-            return least
         found = None if self.is_slack(at) else self._balance(rows, values, at, self.model)
-        if found is None and bare is not None:
-            found = self._balance(rows, values, least, self.model)
-        return found
+        if found is not None:
+            return found
+        least = self.stand(rows, values, at)
+        return least if least is None or self.is_slack(least) else self._balance(rows, values, least, self.model)
 
     def is_slack(self, at: Position) -> bool:
         """Whether no cord pulls at a position."""
@@ -180,9 +201,10 @@ class LoosePoints:
                 F = found.F.copy()
                 if alone:
                     F[self.free] = 0.0
-                d, _ = found.move(b, F)
+                d, flying = found.move(b, F)
             except (np.linalg.LinAlgError, RuntimeError, ValueError):
                 return None
+            self.flying = flying
             size = float(np.abs(d / elastic.weight)[left].max(initial=0.0))
             if not math.isfinite(size):
                 return None
@@ -240,7 +262,7 @@ class LoosePoints:
             K[free, free] += largest / (_STEP * self._size)
         scale = scale_of(K, elastic.weight)
         held, _ = independent(A * scale, mode="r")
-        return Stiffness(K, at.mass, A, held, F, scale, np.zeros((F.size, 0)), 0.0), balanced
+        return Stiffness(K, at.mass, A, held, F, scale, self.flying, 0.0), balanced
 
     # ------------------------------------------------------------------------------------------------ directions
 
@@ -259,17 +281,23 @@ class LoosePoints:
         """Lowest eigenvalue of S where it is below 0, else 0."""
         if self._stable is not None and self._stable[0] is found:
             return self._stable[1]
-        _, N = independent(found.A * found.scale)
-        N = found.scale[:, None] * N
-        S, lowest = N.T @ found.K @ N, 0.0
+        S, lowest = _projected(found)[1], 0.0
         if S.size:
-            S = 0.5 * (S + S.T) + _STABLE * float(np.abs(S.diagonal()).max()) * np.eye(len(S))
+            S += _STABLE * float(np.abs(S.diagonal()).max()) * np.eye(len(S))
             try:
                 np.linalg.cholesky(S)
             except np.linalg.LinAlgError:
                 lowest = min(float(np.linalg.eigvalsh(S)[0]), 0.0)
         self._stable = found, lowest
         return lowest
+
+
+def _projected(found: Stiffness) -> tuple[Array, Array]:
+    """Motions N (nv, n) that nothing holds, and the stiffness S = N^T K N along them."""
+    _, N = independent(found.A * found.scale)
+    N = found.scale[:, None] * N
+    S = N.T @ found.K @ N
+    return N, 0.5 * (S + S.T)
 
 
 def _tangent(elastic: Elastic, y: Array, t: float, model: Any) -> Any:

@@ -333,34 +333,53 @@ class Mechanism(MechanismModels):
         self, loose: LoosePoints, targets: Mapping[int, Array], at: Position
     ) -> tuple[Array, list[tuple[Position, Array]], tuple[int, ...]]:
         """Values (n, m) of the coordinates at stations of `refined`, the positions there, and where slack ends."""
+        assert self.elastic is not None
 
-        def moved(values: Array, near: Position) -> tuple[Position, Array]:
-            found = self.move(dict(zip(targets, values.tolist(), strict=True)), near)
-            return found, self.bare.switches.copy()
+        def stands(values: Array, near: Position) -> tuple[Position, Array, bool]:
+            wanted = dict(zip(targets, values.tolist(), strict=True))
+            there = self.elastic.move(wanted, near, by=loose.stand)
+            return there, self.bare.switches.copy(), loose.is_slack(there)
 
-        found, places, ends = list[Array](), list[tuple[Position, Array]](), list[int]()
+        found, places, ends = list[Array](), list[tuple[Position, Array, bool]](), list[int]()
         for values in np.array(list(targets.values())).T:
-            there = moved(values, places[-1][0] if places else at)
-            pair = [loose.is_slack(places[-1][0]), loose.is_slack(there[0])] if places else [True, True]
-            if pair[0] != pair[1]:
-                (a, near), b = ((found[-1], places[-1]), values) if pair[0] else ((values, there), found[-1])
-                taut = b
+            there = stands(values, places[-1][0] if places else at)
+            if places and there[2] != places[-1][2]:
+                before = (found[-1], places[-1]), (values, there)
+                (a, slack), (b, taut) = before if places[-1][2] else before[::-1]
+                last = b
                 for _ in range(_HALVINGS):
-                    middle = moved(0.5 * (a + b), near[0])
-                    if loose.is_slack(middle[0]):
-                        a, near = 0.5 * (a + b), middle
+                    middle = stands(0.5 * (a + b), slack[0])
+                    if middle[2]:
+                        a, slack = 0.5 * (a + b), middle
                     else:
                         b = 0.5 * (a + b)
-                added, own = np.linspace(a, taut, _ADDED + 2)[1:-1], [near]
-                for one in added:
-                    own.append(moved(one, own[-1][0]))
-                order = 1 if pair[0] else -1
-                ends.append(len(found) + (0 if pair[0] else _ADDED))
-                found += [a, *added][::order]
-                places += own[::order]
+                order = 1 if places[-1][2] else -1
+                ends.append(len(found) + (0 if order > 0 else _ADDED))
+                found += list(np.linspace(a, last, _ADDED + 2)[:-1])[::order]
+                places += [slack, *([(taut[0], slack[1], False)] * _ADDED)][::order]
             found.append(values)
             places.append(there)
-        return np.array(found), places, tuple(ends)
+        return np.array(found), self._with_taut(loose, list(targets), found, places), tuple(ends)
+
+    def _with_taut(
+        self, loose: LoosePoints, rows: list[int], values: list[Array], places: list[tuple[Position, Array, bool]]
+    ) -> list[tuple[Position, Array]]:
+        """Positions at stations with those in which cords are taut in equilibrium.
+
+        Stations up to the last one are followed backwards from that, others forwards from where the cords are slack.
+        """
+        assert self.elastic is not None
+        found = [(there, switches) for there, switches, _ in places]
+        taut = [n for n, (_, _, slack) in enumerate(places) if not slack]
+        at_end = [n for n in taut if all(not slack for _, _, slack in places[n:])]
+        for group in (at_end[::-1], [n for n in taut if n not in at_end]):
+            for i, n in enumerate(group):
+                behind = i > 0 and abs(n - group[i - 1]) == 1
+                near = found[group[i - 1]][0] if behind else found[n][0]
+                self.bare.switches[:] = found[n][1]
+                there = self.elastic.move(dict(zip(rows, values[n].tolist(), strict=True)), near)
+                found[n] = there, found[n][1]
+        return found
 
     def move(self, targets: dict[int, float], at: Position) -> Position:
         """The position in which coordinates have the values `targets`, at rest, from another one.
