@@ -136,8 +136,8 @@ class LoosePoints:
     def is_slack(self, at: Position) -> bool:
         """Whether no cord pulls at a position."""
         one = self._mechanism
-        forces = [one.left(at.t, at.y, model, factor=1.0) for model in (self.model, self.without)]
-        return bool(np.array_equal(*forces))
+        taut, without = (one.left(at.t, at.y, model, factor=1.0) for model in (self.model, self.without))
+        return bool(np.array_equal(taut, without))
 
     def least(self, at: Position) -> Position:
         """The position at which the energy of the cords is least, with all but the points where it is."""

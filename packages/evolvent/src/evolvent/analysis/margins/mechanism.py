@@ -305,6 +305,10 @@ class Mechanism(MechanismModels):
             self.bare.switches[:] = switches
             yield there, direction
 
+    def hangs(self, at: Position) -> LoosePoints | None:
+        """Points that cords alone hold, which are slack at the start; `at` is any position."""
+        return None if self.elastic is None else self.elastic.loose(at)
+
     def _key(self, targets: Mapping[int, Array], at: Position) -> Any:
         """What the positions at stations follow from."""
         path = tuple((j, values.tobytes()) for j, values in targets.items())
@@ -317,7 +321,7 @@ class Mechanism(MechanismModels):
         -------
         targets, and the stations at which all cords are slack for the last time, or again for the first time
         """
-        loose = None if self.elastic is None else self.elastic.loose(at)
+        loose = self.hangs(at)
         if loose is None:
             return targets, ()
         path = tuple((j, values.tobytes()) for j, values in targets.items())

@@ -191,6 +191,8 @@ def along_travel(
         energy[n] = 0.0 if mechanism.elastic is None else mechanism.elastic.energy(there)
         values[:, n], inertia[n] = _powers(mechanism, shares, direction, there, rows, None), direction.inertia
     snaps = _snaps(xs, energy, values[[share.stores for share in shares]].sum(axis=0))
+    if mechanism.hangs(at) and any(np.ptp(own) > 0.0 for j, own in targets.items() if j != k):
+        snaps = ()  # what all coordinates are given together is in no single table
     return MarginTable(
         coordinate, shares, xs, np.zeros(0), values, inertia, *known, snaps, touches, pace=mechanism.pace, slack=slack
     )
