@@ -46,8 +46,9 @@ Array = np.ndarray
 _RANK, _FREE = 1e-10, 1e-13
 #: Iterations.
 _ITERATIONS = 30
-#: Largest move of a coordinate in a step, rad or m, and the smallest part of a step.
-_MOVE, _SMALLEST = 0.2, 1.0 / 1024.0
+#: Largest move of a coordinate in a step, rad or m, and the smallest part of a step, also where cords are taut: softly
+#: held parts that many cords bend would ask for too many steps.
+_MOVE, _SMALLEST, _SMALLEST_TAUT = 0.2, 1.0 / 1024.0, 1.0 / 32.0
 #: Function of coordinates that are held, their values, and a position to another one; None where it is not found.
 Search = Callable[[list[int], Array, Position], Position | None]
 
@@ -190,6 +191,7 @@ class Elastic:
         start, end = at.x[rows].copy(), np.array([targets[k] for k in rows])
         share, step = 0.0, min(1.0, _MOVE / max(float(np.abs(end - start).max(initial=0.0)), _MOVE))
         left, loose = None, self.loose(at)
+        smallest = _SMALLEST if loose is None or by is not None else _SMALLEST_TAUT
         by = by or (None if loose is None else loose.settle)
         while share < 1.0:
             upto, switches = min(1.0, share + step), one.bare.switches.copy()
@@ -208,7 +210,7 @@ class Elastic:
                 continue
             one.bare.switches[:] = switches
             step *= 0.5
-            if step < _SMALLEST:
+            if step < smallest:
                 k = rows[0]
                 raise InputError(
                     f"the elastic parts have no equilibrium that is found beyond {float(at.x[k]):.6g} {one.unit(k)} of "
