@@ -23,7 +23,7 @@ no equation of the others, and stays where it is.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import scipy
@@ -36,9 +36,6 @@ from evolvent.equations.implicit import tangent
 from evolvent.kernels.blocks import POSITION, ROTATION, displace
 from evolvent.model.registry import families
 from evolvent.solvers.static.work import sparse_of
-
-if TYPE_CHECKING:
-    from evolvent.analysis.margins.elastic import Elastic
 
 Array = np.ndarray
 
@@ -70,11 +67,11 @@ class LoosePoints:
 
     Parameters
     ----------
-    elastic : Elastic
+    elastic : elastic.Elastic
     free : (n,) int, velocities of the points
     """
 
-    def __init__(self, elastic: Elastic, free: Array) -> None:
+    def __init__(self, elastic: Any, free: Array) -> None:
         model, self._elastic, self._mechanism, self.free = elastic.model, elastic, elastic.mechanism, free
         self.model = model
         self.without = model._replace(**pulling(model, _NEVER))
@@ -86,7 +83,7 @@ class LoosePoints:
         self._stable: tuple[Stiffness, float] | None = None
 
     @classmethod
-    def of(cls, elastic: Elastic, at: Position) -> LoosePoints | None:
+    def of(cls, elastic: Any, at: Position) -> LoosePoints | None:
         """Those of a position; None where there are none, or all have a place of their own."""
         never, one = pulling(elastic.model, _NEVER), elastic.mechanism
         points = one.whole.points
@@ -300,7 +297,7 @@ def _projected(found: Stiffness) -> tuple[Array, Array]:
     return N, 0.5 * (S + S.T)
 
 
-def _tangent(elastic: Elastic, y: Array, t: float, model: Any) -> Any:
+def _tangent(elastic: Any, y: Array, t: float, model: Any) -> Any:
     """Derivatives (nv, nv) of the forces of a model without those of what holds, sparse."""
     one = elastic.mechanism
     one.left(t, y, model, factor=1.0)
