@@ -9,12 +9,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy import integrate
 
 import evolvent as ev
 from book import Book
 from evolvent import System, cases
+from evolvent.analysis.margins.results import least_of
 from evolvent.nets import form
 from evolvent_base.errors import InputError
+from margin_cases import NONE
 
 CHAPTER = "Threads, reels, tethers"
 FOLD = math.radians(70.0)
@@ -110,6 +113,33 @@ def test_deployment(cut: str, book: Book) -> None:
     book(
         CHAPTER, "Rib antenna that deploys its net, energy balance", reference="closed", source="invariant",
         error=defect / moved, allowed=1e-4,
+    )  # fmt: skip
+
+
+def test_margins_with_the_net(tmp_path: pathlib.Path, book: Book) -> None:
+    """The net resists where it is taut: all hinges together do its work, and it is that of the reflector at the end."""
+    still = content()
+    still["parts"]["spring"]["latch_stiffness"] = 1e9  # the reflector stands at the end of the travel
+    reflector = ev.load(still).reflector()
+    reflector.save(tmp_path / "cut.json")
+    still["parts"]["net"]["cut"] = str(tmp_path / "cut.json")
+    still["margin"] = {"others": "together", "stations": 3, "zero": NONE}
+    found = ev.load(still).margin(motion=False)
+    table = found["spring 1"]
+    (last,) = table.slack
+    own = table.values[[one.label for one in table.shares].index("net")]
+    assert np.all(own[: last + 1] == 0.0)
+    assert np.all(own[last + 1 :] < 0.0)
+    assert least_of(table)[1] == table.x.size - 1  # at the latch
+    for n in range(2, RIBS + 1):
+        other = found[f"spring {n}"]
+        assert other.values[[one.label for one in other.shares].index("net")] == pytest.approx(own, rel=1e-6, abs=1e-9)
+    natural, tension = reflector.cut_lengths, reflector.tension
+    energy = float(0.5 * np.sum(tension**2 * natural) / 5e3)
+    work = RIBS * abs(float(integrate.simpson(own[last:], x=table.x[last:])))
+    book(
+        CHAPTER, "Work of the hinges on a net from where it is taut", reference="energy of the net as a reflector",
+        source="equilibrium", error=abs(work / energy - 1.0), allowed=5e-3,
     )  # fmt: skip
 
 

@@ -111,6 +111,8 @@ class Shares(NamedTuple):
         the joints in a motion, None at rest, to the powers by the labels of its shares
     standing : bool, whether its forces are those of an equilibrium (with a load factor)
     elastic : Elastic, of elastic parts, one record each; contact : Pressing
+    pulling : function of the model and a factor to its arrays with the lengths without tension of what only pulls times
+        that factor, none where nothing does; its energy is a convex function of the places of its ends
     tie : function of a record to the coordinates that it ties to one another, in positions and directions
     measured : str, field with the index of a coordinate that a record measures alone, which has no margin
     refused : function of a record, its part, and whether everything turns steadily, to why it has no place in the
@@ -128,6 +130,7 @@ class Shares(NamedTuple):
     standing: bool = False
     elastic: Elastic | None = None
     contact: Pressing | None = None
+    pulling: Callable[[Any, float], Mapping[str, Array]] | None = None
     tie: Callable[[Any], Tie] | None = None
     measured: str = ""
     refused: Callable[[Any, Any, bool], str] | None = None

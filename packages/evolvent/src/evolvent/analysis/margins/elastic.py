@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -26,8 +27,10 @@ import scipy
 
 from evolvent import model as mdl
 from evolvent.algebra.sparse import clear
+from evolvent.analysis.margins.loose import LoosePoints
 from evolvent.analysis.margins.positions import MechanismModels, Position
 from evolvent.analysis.margins.shares import is_held, of_family
+from evolvent.analysis.margins.stiffness import LARGEST, Stiffness, independent, is_settled, scale_of
 from evolvent.equations.implicit import energies, tangent
 from evolvent.kernels.blocks import displace
 from evolvent.model.registry import families, motions, motions_of
@@ -39,62 +42,15 @@ from evolvent_base.errors import InputError
 
 Array = np.ndarray
 
-#: Rank of constraints; eigenvalue of S below which a motion is free; least stiffness of a scale beside the median.
-_RANK, _FREE, _SOFTEST = 1e-10, 1e-13, 1e-6
-#: Largest move of an iteration beside the size of the system; iterations; gap of constraints and correction at the end,
-#: and the correction that may be round-off where it no longer falls.
-_LARGEST, _ITERATIONS, _REACHED, _SETTLED, _ROUGH = 0.3, 30, 1e-11, 1e-11, 1e-8
-#: Largest move of a coordinate in a step, rad or m, and the smallest part of a step.
-_MOVE, _SMALLEST = 0.2, 1.0 / 1024.0
-
-
-@dataclasses.dataclass(frozen=True)
-class Stiffness:
-    """Stiffness of a position along the motions that constraints and held coordinates leave free.
-
-    Attributes
-    ----------
-    K, M : (nv, nv) float, tangent and mass matrix
-    A : (n, nv) float, gradients of what holds, and rows : (m,) int, those of them that are independent
-    F : (nv,) float, forces on the left of the equations
-    scale : (nv,) float, D
-    free : (nv, j) float, motions that nothing resists
-    lowest : float, lowest eigenvalue of S, or 0
-    """
-
-    K: Array
-    M: Array
-    A: Array
-    rows: Array
-    F: Array
-    scale: Array
-    free: Array
-    lowest: float
-
-    def move(self, b: Array, F: Array) -> tuple[Array, Array]:
-        """The move d that fulfils the constraints A d = b, with the forces F + K d in balance.
-
-        Returns
-        -------
-        d : (nv,) float; free : (nv, j) float, the free motions, of K and A, where those of `free` are not quite
-        """
-        A, X, D = self.A[self.rows], self.free, self.scale
-        norms, n, j = np.linalg.norm(A * D, axis=1), D.size, X.shape[1]
-        MX = self.M @ X
-        C = np.vstack([A * D / norms[:, None], (MX * D[:, None]).T / np.linalg.norm(MX * D[:, None], axis=0)[:, None]])
-        C = scipy.sparse.csc_matrix(C)
-        lu = scipy.sparse.linalg.splu(
-            scipy.sparse.bmat([[scipy.sparse.csc_matrix(D[:, None] * self.K * D), C.T], [C, None]], format="csc")
-        )
-        bounds = np.zeros((C.shape[0], 1 + j))
-        if j:  # the bordered matrix is regular: of all moves across the former free motions these are free
-            bounds[: norms.size, 1:] = -(A @ X) / norms[:, None]
-            right = np.vstack([-D[:, None] * (self.K @ X), bounds[:, 1:]])
-            X = X + D[:, None] * lu.solve(right)[:n]
-            MX = self.M @ X
-            F = F - MX @ np.linalg.solve(X.T @ MX, X.T @ F)
-        bounds[: norms.size, 0] = b[self.rows] / norms
-        return D * lu.solve(np.concatenate([-D * F, bounds[:, 0]]))[:n], X
+#: Rank of constraints; eigenvalue of S below which a motion is free.
+_RANK, _FREE = 1e-10, 1e-13
+#: Iterations.
+_ITERATIONS = 30
+#: Largest move of a coordinate in a step, rad or m, and the smallest part of a step, also where cords are taut: softly
+#: held parts that many cords bend would ask for too many steps.
+_MOVE, _SMALLEST, _SMALLEST_TAUT = 0.2, 1.0 / 1024.0, 1.0 / 32.0
+#: Function of coordinates that are held, their values, and a position to another one; None where it is not found.
+Search = Callable[[list[int], Array, Position], Position | None]
 
 
 class Elastic:
@@ -106,7 +62,7 @@ class Elastic:
     """
 
     def __init__(self, mechanism: MechanismModels) -> None:
-        whole, self._mechanism = mechanism.whole, mechanism
+        whole, self.mechanism = mechanism.whole, mechanism
         still = motions_of(mechanism.bare).copy()
         still["stiffness"] = 1.0
         changes, pushing = {motions(): still}, dict[str, Array]()
@@ -123,9 +79,19 @@ class Elastic:
         self.model = whole._replace(**changes)
         #: The same with threads that push as well, which show how they go taut; None without any that go slack.
         self._pushing = self.model._replace(**pushing) if pushing else None
-        self._matrix = matrix_of(self.model, spare=spare_of(self.model))
-        self._weight, _ = sizes(mechanism.assembly)
+        self.matrix = matrix_of(self.model, spare=spare_of(self.model))
+        self.weight, _ = sizes(mechanism.assembly)
         self._last: tuple[Position, list[int], Any, Stiffness] | None = None
+        #: Of the last tangent, multipliers of the joints (nj,).
+        self.multipliers = mechanism.none[1]
+        self._loose: LoosePoints | None = None
+        self._asked = False
+
+    def loose(self, at: Position) -> LoosePoints | None:
+        """Points that cords alone hold, if some have no place of their own at the first position that is asked for."""
+        if not self._asked:
+            self._loose, self._asked = LoosePoints.of(self, at), True
+        return self._loose
 
     def tangent(self, at: Position, A: Array, rows: list[int], model: Any) -> tuple[Array, Array]:
         """Tangent (nv, nv) and forces (nv,) of a position.
@@ -135,7 +101,7 @@ class Elastic:
         A : (n, nv) float, gradients of the joints, of loops of cables and of the coordinates `rows`
         model : `Elastic.model`, or that with threads that push
         """
-        one, n_v = self._mechanism, self._mechanism.n_v
+        one, n_v = self.mechanism, self.mechanism.n_v
         a = None
         if np.any(one.spin[:3]):
             a = np.zeros(n_v)
@@ -156,14 +122,14 @@ class Elastic:
                 torques[k] += ratio * mu
         torques[rows] += la[one.n_j + len(one.ties) :]
         motions_of(model)["rest"] = at.x - torques
-        multipliers = np.ascontiguousarray(la[: one.n_j])
+        self.multipliers = multipliers = np.ascontiguousarray(la[: one.n_j])
         one.left(at.t, at.y, model, a=a, la=multipliers, factor=1.0)
-        tangent(at.t, at.y, multipliers, 0.0, 0.0, 1.0, model, self._matrix)
-        K = sparse_of(self._matrix)[:n_v, :n_v].toarray()
+        tangent(at.t, at.y, multipliers, 0.0, 0.0, 1.0, model, self.matrix)
+        K = sparse_of(self.matrix)[:n_v, :n_v].toarray()
         if a is not None:
-            clear(self._matrix)
-            equilibrium.add_turning_tangent(1.0, one.spin, at.y, model, self._matrix)
-            K += sparse_of(self._matrix)[:n_v, :n_v].toarray()
+            clear(self.matrix)
+            equilibrium.add_turning_tangent(1.0, one.spin, at.y, model, self.matrix)
+            K += sparse_of(self.matrix)[:n_v, :n_v].toarray()
         return K, F
 
     def stiffness(self, at: Position, A: Array, rows: list[int], model: Any) -> Stiffness:
@@ -171,30 +137,32 @@ class Elastic:
         if self._last is not None and self._last[0] is at and self._last[1] == rows and self._last[2] is model:
             return self._last[3]
         K, F = self.tangent(at, A, rows, model)
-        energy = np.abs(K.diagonal()) * self._weight**2
-        least = _SOFTEST * float(np.median(energy[energy > 0.0])) if np.any(energy) else 1.0
-        scale = self._weight / np.sqrt(np.maximum(energy, least))
-        B = A * scale
-        norms = np.linalg.norm(B, axis=1)
-        Q, R, order = scipy.linalg.qr((B / np.where(norms > 0.0, norms, 1.0)[:, None]).T, pivoting=True)
-        pivots = np.abs(np.diagonal(R))
-        rank = int(np.sum(pivots > _RANK * pivots.max(initial=0.0)))
-        N = scale[:, None] * Q[:, rank:]
+        scale = scale_of(K, self.weight)
+        held, N = independent(A * scale)
+        N = scale[:, None] * N
         S = N.T @ K @ N
         squares, modes = np.linalg.eigh(0.5 * (S + S.T))
         resists = np.abs(squares) > _FREE * np.abs(squares).max(initial=0.0)
         lowest = float(squares[resists].min(initial=0.0))
-        found = Stiffness(K, at.mass, A, np.sort(order[:rank]), F, scale, N @ modes[:, ~resists], lowest)
+        found = Stiffness(K, at.mass, A, held, F, scale, N @ modes[:, ~resists], lowest)
         self._last = at, list(rows), model, found
         return found
 
-    def velocities(self, at: Position, A: Array, rows: list[int], b: Array) -> tuple[Array, float]:
-        """Velocities v with A v = b along the path of equilibria, (nv,), and the lowest eigenvalue of S."""
+    def velocities(self, at: Position, A: Array, rows: list[int], b: Array, *, still: bool) -> tuple[Array, float]:
+        """Velocities v with A v = b along the path of equilibria, (nv,), and the lowest eigenvalue of S.
+
+        Parameters
+        ----------
+        still : bool, whether the position is to be an equilibrium, of which the latter counts
+        """
+        loose = self.loose(at)
         try:
+            if loose is not None:
+                return loose.velocities(at, A, rows, b, still=still)
             found = self.stiffness(at, A, rows, self.model)
             return found.move(b, np.zeros(found.F.size))[0], found.lowest
         except (np.linalg.LinAlgError, RuntimeError, ValueError):
-            k, one = rows[-1], self._mechanism
+            k, one = rows[-1], self.mechanism
             raise InputError(
                 f"the stiffness of the elastic parts says nothing of how they move where {one.names[k]!r} is at "
                 f"{float(at.x[k]):.6g} {one.unit(k)}: it is singular there"
@@ -202,38 +170,47 @@ class Elastic:
 
     def energy(self, at: Position) -> float:
         """Elastic energy of all but the coordinates, J."""
-        found, one = np.zeros(3), self._mechanism
+        found, one = np.zeros(3), self.mechanism
         one.left(at.t, at.y, self.model, factor=1.0)
         energies(at.t, at.y, self.model, found)
         return float(found[1])
 
-    def move(self, targets: dict[int, float], at: Position) -> Position:
+    def move(self, targets: dict[int, float], at: Position, *, by: Search | None = None) -> Position:
         """The equilibrium in which coordinates have the values `targets`, from another position.
+
+        Parameters
+        ----------
+        by : finds what is sought in place of the equilibrium, None where that is not there
 
         Raises
         ------
         InputError
             If it is not found.
         """
-        one, rows = self._mechanism, list(targets)
+        one, rows = self.mechanism, list(targets)
         start, end = at.x[rows].copy(), np.array([targets[k] for k in rows])
         share, step = 0.0, min(1.0, _MOVE / max(float(np.abs(end - start).max(initial=0.0)), _MOVE))
-        left = None
+        left, loose = None, self.loose(at)
+        smallest = _SMALLEST if loose is None or by is not None else _SMALLEST_TAUT
+        by = by or (None if loose is None else loose.settle)
         while share < 1.0:
             upto, switches = min(1.0, share + step), one.bare.switches.copy()
             values, near = start + (end - start) * upto, at
-            if self._pushing is not None:
-                near = self._balance(rows, values, at, left, 1.0 - upto, self._pushing)[0] or at
-            found, first = self._balance(rows, values, near, left, 1.0 - upto, self.model)
-            if left is None:
-                left = first
+            if by is not None:
+                found = by(rows, values, at)
+            else:
+                if self._pushing is not None:
+                    near = self._balance(rows, values, at, left, 1.0 - upto, self._pushing)[0] or at
+                found, first = self._balance(rows, values, near, left, 1.0 - upto, self.model)
+                if left is None:
+                    left = first
             if found is not None:
                 share, at = upto, found
                 one.count_turns()
                 continue
             one.bare.switches[:] = switches
             step *= 0.5
-            if step < _SMALLEST:
+            if step < smallest:
                 k = rows[0]
                 raise InputError(
                     f"the elastic parts have no equilibrium that is found beyond {float(at.x[k]):.6g} {one.unit(k)} of "
@@ -250,7 +227,7 @@ class Elastic:
         -------
         position, and the forces out of balance at the first one
         """
-        one, before, first = self._mechanism, math.inf, left
+        one, before, first = self.mechanism, math.inf, left
         found: Stiffness | None = None
         decomposed: Position | None = None  # where `found` knows the free motions by themselves
         for _ in range(_ITERATIONS):
@@ -271,17 +248,17 @@ class Elastic:
                 found = None
                 continue
             found = dataclasses.replace(found, free=free)
-            size = float(np.abs(d / self._weight).max(initial=0.0))
+            size = float(np.abs(d / self.weight).max(initial=0.0))
             if not math.isfinite(size):
                 return None, first
             off = float(np.abs(b).max(initial=0.0))
-            if off <= _REACHED and (size <= _SETTLED or (size <= _ROUGH and size >= 0.5 * before)):
+            if is_settled(off, size, before):
                 if decomposed is at:
                     return at, first
                 found, before = None, size  # what was free before may have a stiffness now
                 continue
             before = size
             moved = at.y.copy()
-            displace(at.y, d * min(1.0, _LARGEST / size), False, one.bare, moved)
+            displace(at.y, d * min(1.0, LARGEST / size), False, one.bare, moved)
             at = one.at(at.t, moved)
         return None, first

@@ -273,7 +273,7 @@ def _along_travel(
     if keys.others == "end":
         at = mechanism.move({**{k: end for k, (_, end) in travels.items()}, one.k: float(at.x[one.k])}, at)
     targets = {k: np.linspace(*ends, keys.stations) for k, ends in travels.items()}
-    return tables.along_travel(mechanism, one, found, targets, at, known)
+    return tables.along_travel(mechanism, one, found, *mechanism.refined(targets, at), at, known)
 
 
 def _given(table: MarginTable) -> set[str]:

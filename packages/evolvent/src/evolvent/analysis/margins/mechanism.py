@@ -23,6 +23,7 @@ import numpy as np
 
 from evolvent.analysis.margins import contacts
 from evolvent.analysis.margins.elastic import Elastic
+from evolvent.analysis.margins.loose import LoosePoints
 from evolvent.analysis.margins.positions import Direction, MechanismModels, Position
 from evolvent.analysis.margins.shares import (
     GRAVITY,
@@ -55,6 +56,8 @@ _MOVE, _ITERATIONS, _REACHED = 0.2, 30, 1e-13
 _PLACES: dict[Any, list[tuple[Position, Array]]] = {}
 _DIRECTIONS: dict[Any, list[Direction]] = {}
 _MOST_KEPT = 32
+#: Halvings of the way between two stations, to where cords become taut, and stations that are added from there.
+_HALVINGS, _ADDED = 12, 7
 
 
 class Mechanism(MechanismModels):
@@ -72,6 +75,8 @@ class Mechanism(MechanismModels):
         super().__init__(assembly, spin, opened, relaxed=relaxed)
         #: Equilibria of elastic parts, None without any.
         self.elastic = Elastic(self) if has_elastic_parts(self.whole) else None
+        #: What `refined` has found, by the path.
+        self._refined: dict[Any, tuple[Mapping[int, Array], tuple[int, ...]]] = {}
         self._digest = _digest(self.bare if self.elastic is None else self.elastic.model, self.ties, spin)
 
     # ------------------------------------------------------------------------------------------------ the engine
@@ -216,7 +221,7 @@ class Mechanism(MechanismModels):
             found = self._solved(k, held, sense, at)
         elif not self.waits(k, held, at):
             A, b = self._held(k, held, sense, at)
-            v, lowest = self.elastic.velocities(at, A, [*held, k], b)
+            v, lowest = self.elastic.velocities(at, A, [*held, k], b, still=still)
             found = self._checked(v, A, b, at)
             if still and lowest < 0.0:
                 raise InputError(
@@ -282,8 +287,7 @@ class Mechanism(MechanismModels):
         targets : values (n,) at the stations of coordinate k and of those that are held, by row
         at : a position at rest, from which the first one is sought
         """
-        path = tuple((j, values.tobytes()) for j, values in targets.items())
-        key = (self._digest, path, at.t, at.y.tobytes())
+        key = self._key(targets, at)
         held = [j for j in targets if j != k]
         places, directions = _PLACES.pop(key, []), _DIRECTIONS.pop((*key, k, sense), [])
         for n in range(targets[k].size):
@@ -300,6 +304,86 @@ class Mechanism(MechanismModels):
         for (there, switches), direction in zip(places, directions, strict=True):
             self.bare.switches[:] = switches
             yield there, direction
+
+    def hangs(self, at: Position) -> LoosePoints | None:
+        """Points that cords alone hold, which are slack at the start; `at` is any position."""
+        return None if self.elastic is None else self.elastic.loose(at)
+
+    def _key(self, targets: Mapping[int, Array], at: Position) -> Any:
+        """What the positions at stations follow from."""
+        path = tuple((j, values.tobytes()) for j, values in targets.items())
+        return self._digest, path, at.t, at.y.tobytes()
+
+    def refined(self, targets: Mapping[int, Array], at: Position) -> tuple[Mapping[int, Array], tuple[int, ...]]:
+        """Targets as of `stations`, with more stations from where cords become taut to the next one.
+
+        Returns
+        -------
+        targets, and the stations at which all cords are slack for the last time, or again for the first time
+        """
+        loose = self.hangs(at)
+        if loose is None:
+            return targets, ()
+        path = tuple((j, values.tobytes()) for j, values in targets.items())
+        if path not in self._refined:
+            first, switches = at, self.bare.switches.copy()
+            values, places, ends = self._with_ends_of_slack(loose, targets, at)
+            self.bare.switches[:] = switches
+            self._refined[path] = dict(zip(targets, np.ascontiguousarray(values.T), strict=True)), ends
+            _PLACES[self._key(self._refined[path][0], first)] = places
+        return self._refined[path]
+
+    def _with_ends_of_slack(
+        self, loose: LoosePoints, targets: Mapping[int, Array], at: Position
+    ) -> tuple[Array, list[tuple[Position, Array]], tuple[int, ...]]:
+        """Values (n, m) of the coordinates at stations of `refined`, the positions there, and where slack ends."""
+        assert self.elastic is not None
+
+        def stands(values: Array, near: Position) -> tuple[Position, Array, bool]:
+            wanted = dict(zip(targets, values.tolist(), strict=True))
+            there = self.elastic.move(wanted, near, by=loose.stand)
+            return there, self.bare.switches.copy(), loose.is_slack(there)
+
+        found, places, ends = list[Array](), list[tuple[Position, Array, bool]](), list[int]()
+        for values in np.array(list(targets.values())).T:
+            there = stands(values, places[-1][0] if places else at)
+            if places and there[2] != places[-1][2]:
+                before = (found[-1], places[-1]), (values, there)
+                (a, slack), (b, taut) = before if places[-1][2] else before[::-1]
+                last = b
+                for _ in range(_HALVINGS):
+                    middle = stands(0.5 * (a + b), slack[0])
+                    if middle[2]:
+                        a, slack = 0.5 * (a + b), middle
+                    else:
+                        b = 0.5 * (a + b)
+                order = 1 if places[-1][2] else -1
+                ends.append(len(found) + (0 if order > 0 else _ADDED))
+                found += list(np.linspace(a, last, _ADDED + 2)[:-1])[::order]
+                places += [slack, *([(taut[0], slack[1], False)] * _ADDED)][::order]
+            found.append(values)
+            places.append(there)
+        return np.array(found), self._with_taut(loose, list(targets), found, places), tuple(ends)
+
+    def _with_taut(
+        self, loose: LoosePoints, rows: list[int], values: list[Array], places: list[tuple[Position, Array, bool]]
+    ) -> list[tuple[Position, Array]]:
+        """Positions at stations with those in which cords are taut in equilibrium.
+
+        Stations up to the last one are followed backwards from that, others forwards from where the cords are slack.
+        """
+        assert self.elastic is not None
+        found = [(there, switches) for there, switches, _ in places]
+        taut = [n for n, (_, _, slack) in enumerate(places) if not slack]
+        at_end = [n for n in taut if all(not slack for _, _, slack in places[n:])]
+        for group in (at_end[::-1], [n for n in taut if n not in at_end]):
+            for i, n in enumerate(group):
+                behind = i > 0 and abs(n - group[i - 1]) == 1
+                near = found[group[i - 1]][0] if behind else found[n][0]
+                self.bare.switches[:] = found[n][1]
+                there = self.elastic.move(dict(zip(rows, values[n].tolist(), strict=True)), near)
+                found[n] = there, found[n][1]
+        return found
 
     def move(self, targets: dict[int, float], at: Position) -> Position:
         """The position in which coordinates have the values `targets`, at rest, from another one.

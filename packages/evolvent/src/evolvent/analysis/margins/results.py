@@ -243,7 +243,19 @@ class MarginResults(Shown):
                     f"{one.name!r} passes {_place(still, int(stuck[0]))} in the run by its speed alone: at rest the "
                     f"resistances are larger than what drives there"
                 )
-        return found
+        return [*found, *self._ends_of_slack()]
+
+    def _ends_of_slack(self) -> list[str]:
+        """Sentences on where cords that only pull begin to pull, by the place."""
+        places: dict[str, list[str]] = {}
+        for table in self.tables:
+            for n in table.slack:
+                places.setdefault(_place(table, n), []).append(repr(table.coordinate.name))
+        return [
+            f"cords that only pull are all slack at {place} of {', '.join(names)}, where some begin to pull: they have "
+            f"no share where they are slack, and stations are added where they pull"
+            for place, names in places.items()
+        ]
 
     def _counted(self) -> set[str]:
         """Categories that the requirements have."""

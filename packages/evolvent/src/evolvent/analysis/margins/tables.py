@@ -43,6 +43,7 @@ class MarginTable:
     standard : Standard
     evidence : str, of what has no own, the specified acceleration among it
     snaps : (k,) int, stations before which elastic parts lose energy that no station shows
+    slack : (k,) int, stations at which all cords that only pull are slack for the last time, or again for the first one
     touches : mapping, contacts that touch at a station -> value of the coordinate from which on, rad or m
     behind : int, of a motion, the first sample of the run behind the table
     pace : str, at which viscoelastic parts are taken to move: a word of the key `pace`, or that of the run; '' without
@@ -61,6 +62,7 @@ class MarginTable:
     touches: Mapping[str, float] = dataclasses.field(default_factory=dict)
     behind: int = 0
     pace: str = ""
+    slack: tuple[int, ...] = ()
 
     def drives(self) -> dict[str, Array]:
         """What drives, by category: (n,) each."""
@@ -161,14 +163,15 @@ class MarginTable:
 
 
 def along_travel(
-    mechanism: Mechanism, coordinate: MarginCoordinate, shares: list[Share], targets: Mapping[int, Array], at: Position,
-    known: tuple[Standard, str],
+    mechanism: Mechanism, coordinate: MarginCoordinate, shares: list[Share], targets: Mapping[int, Array],
+    slack: tuple[int, ...], at: Position, known: tuple[Standard, str],
 ) -> MarginTable:  # fmt: skip
     """The table at rest, station by station.
 
     Parameters
     ----------
-    targets : values (n,) at the stations of the coordinate and of those that are held, by row
+    targets, slack : values (n,) at the stations of the coordinate and of those that are held, by row, and the stations
+        where slack ends, as of `Mechanism.refined`
     at : a position at rest, from which the first station is sought
     known : the table of factors, and the evidence of what has no own
     """
@@ -188,8 +191,10 @@ def along_travel(
         energy[n] = 0.0 if mechanism.elastic is None else mechanism.elastic.energy(there)
         values[:, n], inertia[n] = _powers(mechanism, shares, direction, there, rows, None), direction.inertia
     snaps = _snaps(xs, energy, values[[share.stores for share in shares]].sum(axis=0))
+    if mechanism.hangs(at) and any(np.ptp(own) > 0.0 for j, own in targets.items() if j != k):
+        snaps = ()  # what all coordinates are given together is in no single table
     return MarginTable(
-        coordinate, shares, xs, np.zeros(0), values, inertia, *known, snaps, touches, pace=mechanism.pace
+        coordinate, shares, xs, np.zeros(0), values, inertia, *known, snaps, touches, pace=mechanism.pace, slack=slack
     )
 
 

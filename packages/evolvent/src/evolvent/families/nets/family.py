@@ -34,16 +34,6 @@ def _place(builder: Any, at: Any) -> Any:
     return builder.on_coordinates("points", marker["index"], point["iq"], point["iv"])
 
 
-def _refused(row: Any, part: Any, _: bool) -> str:
-    """Why margins have no table with it: free nodes between slack cords have no place in an equilibrium."""
-    if not part.unfold or row["points"] == 0:
-        return ""
-    return (
-        "starts slack on its folded rim (key unfold), where its free nodes have no equilibrium, and a hinge that moves "
-        "alone would stretch it"
-    )
-
-
 # nodes: markers from first_marker on, of which some are points of its own, from first_point on; cords: springs from
 # first_spring on, those of the net, of its rear net, and ties; aperture: m, its diameter
 NETS = Family(
@@ -52,7 +42,7 @@ NETS = Family(
     order=371,
     kinds=(Kind("a net", symmetric=True),),
     isolated=True,
-    shares=Shares(refused=_refused),
+    shares=Shares(),
     smooth=True,
     stiff=False,
     of_step=False,

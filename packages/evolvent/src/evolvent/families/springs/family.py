@@ -133,6 +133,13 @@ def _sets(model: Any, index: int) -> Iterator[tuple[str, float, str]]:
     yield "extension beyond the natural length", float(set_of(model, model.springs[index])[0]), "m"
 
 
+def _pulling(model: Any, factor: float) -> dict[str, Array]:
+    found = model.springs.copy()
+    only = (found["slack"] != 0) & (found["prony_end"] == found["prony"])
+    found["length"][only] *= factor
+    return {"springs": found} if np.any(only) else {}
+
+
 # slack: 1 of one that only pulls, slope: derivative of its tension over its stiffness where it relaxes; of a step:
 # lengths at both ends, and direction at its end; line, line0: vector from a to b, of the last state and of the last
 # step; passed: see `springs.note_lines`; the others are in `RESULTS`, and lost: W, dissipated
@@ -173,7 +180,7 @@ SPRINGS = Family(
             Rule(DAMPING, "damping", ("damping", "lateral_damping")),
             Rule(SPRING, "lateral", ("lateral_stiffness",)),
         ),
-        place=1,
+        place=1, pulling=_pulling,
     ),
     smooth=True,
     of_step=False,
