@@ -1,0 +1,482 @@
+"""Tosses of a cube onto a board: flight, impacts, sliding and rest, predicted from the first rows and measured.
+
+The cube touches the board with its eight corners, which are round, by a contact with stiffness, damping and Coulomb
+friction. Contact, inertia and rounding are fitted to 20 tosses, spread over the set; gravity follows from their
+flights and the size from their heights at rest, both in lengths of the record, which are not those of a ruler. The
+other tosses are predicted from their flights. Before they are compared, starts beside each one say which of them are
+chaotic.
+
+Source: DAIRLab/contact-nets (BSD-3-Clause licence). Acosta, Yang, Posa, Validating Robotics Simulators on Real-World
+Impacts, arXiv 2110.00541.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from collections.abc import Callable, Sequence
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from pydantic import Field
+
+from evolvent.analysis.runs import solve
+from evolvent.analysis.system import System
+from evolvent.parts import Box, Contact, Plane, RigidBody
+from evolvent_base import progress, units
+from evolvent_base.errors import RunFailed
+from evolvent_base.figures import Figure, Line, Panel, stacked
+from evolvent_base.schema import Section
+from evolvent_papers.laboratory import book, tables, toss_records
+from evolvent_papers.laboratory.book import Array, Band, Comparison, Set, Verdict
+from evolvent_papers.laboratory.pendulum import spread_over
+from evolvent_papers.laboratory.toss_records import AFTER, NOMINAL, RIGHT, Fit, Motion, Off, Start, Toss
+
+SOURCE = (
+    "public repository DAIRLab/contact-nets, folder data/tosses_processed, commit c3dc21c, every ninth toss; "
+    "BSD-3-Clause licence"
+)
+#: Mass of the cube, kg, as publications on the set report it: motions do not depend on it.
+MASS = 0.37
+#: Tolerance of the runs, and of those that say how far they are off.
+TOLERANCE, FINE = 1e-6, 1e-8
+#: What is fitted beside gravity and size, and its start: acrylic on wood, and a hollow cube with thin walls.
+NAMES = ("stiffness", "damping", "friction", "rounding", "inertia")
+UNITS = ("N/m", "s/m", "", "m", "")
+FIRST = (5e4, 3.0, 0.2, 3e-3, 1.0)
+#: Damping of the bristles, N s/m, which stick with the contact's stiffness.
+BRISTLE_DAMPING = 10.0
+#: Least share of poses at rest that must be right.
+GOAL = 0.8
+#: Mean errors that Acosta, Yang and Posa report of all tosses, part of the cube's width in % and deg, as the README of
+#: tests/benchmarks/omnibench/lane1r in the public repository omnilink-tech/omnisim quotes them.
+REPORTED = {"Drake": (13.5, 16.5), "Bullet": (14.9, 16.5), "MuJoCo": (25.1, 21.7)}
+#: Times after the first touch that are compared, s.
+COMPARED = (0.04, 0.1, 0.2, 0.4)
+
+
+class Cube(NamedTuple):
+    """A cube and its board, in lengths of the record.
+
+    Attributes
+    ----------
+    stiffness, damping, friction : float, of a corner's contact, N/m at `MASS`, s/m, 1
+    rounding : float, m, radius of edges and corners
+    inertia : float, over mass times the square of half the side: 2/3 of a homogeneous cube, 10/9 of thin walls
+    half : float, m, half the side
+    gravity : float, m/s2
+    """
+
+    stiffness: float
+    damping: float
+    friction: float
+    rounding: float
+    inertia: float
+    half: float
+    gravity: float
+
+    def system(self, start: Start) -> System:
+        """The cube at a start."""
+        found = System(gravity=(0.0, 0.0, -self.gravity))
+        x, y, z, w = start.pose.as_quat()
+        body = RigidBody(
+            mass=MASS, inertia=self.inertia * MASS * self.half**2, shape=Box(size=(2.0 * self.half,) * 3),
+            position=tuple(start.position), velocity=tuple(start.velocity), orientation=(w, x, y, z),
+            angular_velocity=tuple(start.spin),
+        )  # fmt: skip
+        found.add(body, "cube")
+        contact = Contact(
+            a="cube", b=(0.0, 0.0, 0.0), shape=Plane(normal=(0.0, 0.0, 1.0)), stiffness=self.stiffness,
+            damping=self.damping, friction=self.friction, bristle_stiffness=self.stiffness,
+            bristle_damping=BRISTLE_DAMPING, rounding=min(self.rounding, 0.9 * self.half), initial_overlap=1.0,
+        )  # fmt: skip
+        found.add(contact, "board")
+        return found
+
+    def predicted(
+        self, toss: Toss, start: Start | None = None, *, rows: int | None = None, tolerance: float = TOLERANCE
+    ) -> Motion:
+        """The motion from a start, that of the flight if left out, at the first rows of a toss."""
+        count = toss.time.size if rows is None else rows
+        solution, _, _ = solve(
+            self.system(toss.start(self.gravity) if start is None else start).assemble(),
+            until=(count - 1) * toss.every, every=toss.every, fine=False, method="dopri5", tolerance=tolerance,
+        )  # fmt: skip
+        if not solution.success:
+            raise RunFailed(solution.message, None)
+        at = solution.model.bodies["iq"][-1]
+        pose = toss_records.Rotation.from_quat(solution.y[:, [at + 4, at + 5, at + 6, at + 3]])
+        return Motion(solution.y[:, at : at + 3], pose)
+
+
+class Known(NamedTuple):
+    """What records say without a model of the contact, of the tosses to which the contact is fitted.
+
+    Attributes
+    ----------
+    gravity, gravity_std : float, m/s2, of the flights
+    half, half_std : float, m, heights at rest
+    height, tilt : float, m and rad, deviations of a recorded height, and of a recorded normal per axis, at rest
+    noise : (2,) float, m and rad, rms of positions and rotations about a flight
+    """
+
+    gravity: float
+    gravity_std: float
+    half: float
+    half_std: float
+    height: float
+    tilt: float
+    noise: tuple[float, float]
+
+    def deviations(self, toss: Toss) -> Array:
+        """Standard deviations of a start: position, velocity, rotation, spin; (12,) float."""
+        line = np.vander(toss.time[: toss.touch], 2)
+        rate, place = np.sqrt(np.diag(np.linalg.inv(line.T @ line)))
+        found = np.concatenate([np.full(3, one) for one in np.outer(self.noise, (place, rate)).ravel()])
+        found[2] = math.hypot(found[2], self.height)
+        found[6:9] = np.hypot(found[6:9], self.tilt)
+        return np.asarray(found)
+
+
+def known_of(tosses: Sequence[Toss]) -> Known:
+    """Gravity, size and deviations by flights and poses at rest."""
+    flights = np.array([toss.flight for toss in tosses])
+    weights = 1.0 / flights[:, 1]
+    gravity = float(np.average(flights[:, 0], weights=weights))
+    spread = np.average((flights[:, 0] - gravity) ** 2, weights=weights)
+    still = [toss for toss in tosses if toss.rests] or list(tosses)
+    heights = np.array([toss.height for toss in still])
+    noise = np.sqrt(np.mean(np.square([toss.flight_noise(gravity) for toss in tosses]), axis=0))
+    height = float(np.std(heights, ddof=1)) if heights.size > 1 else 0.0
+    return Known(
+        gravity, math.sqrt(spread / len(tosses)), float(heights.mean()), height / math.sqrt(heights.size), height,
+        book.rms([toss.tilt for toss in still]), (float(noise[0]), float(noise[1])),
+    )  # fmt: skip
+
+
+#: Of the 20 tosses of the package: what `fitted=0` takes.
+STORED = Known(9.612, 0.0052, 0.05127, 6e-5, 3e-4, 7.5e-3, (2e-5, 4e-4))
+STORED_FIT = Fit(np.array([8.7e4, 3.4, 0.173, 5e-3, 1.13]), np.diag(np.square([0.5, 0.1, 0.02, 0.2, 0.05])), 0.21)
+
+
+def cube(values: Array, known: Known) -> Cube:
+    """A cube with these values of `NAMES`."""
+    return Cube(*(float(one) for one in values), known.half, known.gravity)
+
+
+def fit(tosses: Sequence[Toss], known: Known, horizon: float) -> Fit:
+    """`NAMES` by the rows up to `horizon` s after the first touch of each toss."""
+    return toss_records.fitted(
+        lambda values, toss, rows: cube(values, known).predicted(toss, rows=rows), np.array(FIRST), tosses, horizon
+    )
+
+
+class Settings(Section):
+    """What `--set` changes."""
+
+    fitted: Annotated[int, units.Whole(least=0, most=1000)] = Field(
+        20, description="tosses that the contact is fitted to, spread over all; 0 for the stored fit to the package's"
+    )
+    tosses: Annotated[int, units.Whole(least=1, most=10000)] = Field(10000, description="tosses that are used at most")
+    starts: Annotated[int, units.Whole(least=2, most=1000)] = Field(
+        8, description="starts beside that of each toss, within its uncertainty, that say which are chaotic"
+    )
+    horizon: units.Time = Field(0.1, description="time after the first touch up to which the fit sees a toss, s")
+
+
+# ------------------------------------------------------------------------------------------------ predictions
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
+class Predicted:
+    """A predicted toss, before it is compared.
+
+    Attributes
+    ----------
+    toss : Toss
+    motion : Motion
+    chaotic : bool, whether a start beside it ends in another pose
+    by_start, by_parameters, by_numerics : Off, spreads of the motion
+    """
+
+    toss: Toss
+    motion: Motion
+    chaotic: bool
+    by_start: Off
+    by_parameters: Off
+    by_numerics: Off
+
+    @property
+    def off(self) -> Off:
+        """Differences from the recorded motion."""
+        return self.toss.off(self.motion)
+
+
+def predicted(toss: Toss, found: Fit, known: Known, starts: int) -> Predicted:
+    """The motion of a toss with its spreads by starts, by parameters and by the tolerance."""
+    own, rows = cube(found.values, known), [toss.row_at(after) for after in AFTER]
+    start = toss.start(known.gravity)
+    motion = own.predicted(toss, start)
+    draws = np.random.default_rng(0).standard_normal(((starts + 1) // 2, 12)) * known.deviations(toss)
+    beside = [own.predicted(toss, start.moved(sign * one)) for one in draws for sign in (1.0, -1.0)][:starts]
+
+    def moved(logarithms: Array) -> Array:
+        return np.concatenate(cube(np.exp(logarithms), known).predicted(toss, start).apart(motion), axis=1)
+
+    deviations = book.by_parameters(moved, np.log(found.values), found.covariance)
+    return Predicted(
+        toss=toss, motion=motion,
+        chaotic=not all(toss_records.difference(one, motion, rows).right for one in beside),
+        by_start=_spread(np.sqrt(np.mean([np.square(np.hstack(one.apart(motion))) for one in beside], axis=0)), rows),
+        by_parameters=_spread(deviations, rows),
+        by_numerics=toss_records.difference(own.predicted(toss, start, tolerance=FINE), motion, rows),
+    )  # fmt: skip
+
+
+def _spread(deviations: Array, rows: Sequence[int]) -> Off:
+    """Spreads by standard deviations of displacements and rotation vectors, (nt, 6) float."""
+    moved, turned = (np.linalg.norm(deviations[:, part], axis=1) for part in (slice(3), slice(3, 6)))
+    return Off(float(moved.mean()), float(turned.mean()), moved[list(rows)], turned[list(rows)], right=True)
+
+
+# ------------------------------------------------------------------------------------------------ verdict
+
+_WIDTH, _DEGREES = 100.0 / (2.0 * NOMINAL), math.degrees(1.0)
+Read = Callable[[Off], float]
+
+
+def _reads() -> list[tuple[str, str, float, Read]]:
+    """What is compared: words, unit, factor, and how it is read of differences."""
+    found: list[tuple[str, str, float, Read]] = [
+        ("position, mean over the rows", "% of the width", _WIDTH, lambda off: off.position),
+        ("rotation, mean over the rows", "deg", _DEGREES, lambda off: off.rotation),
+    ]
+    for after in COMPARED:
+        k = AFTER.index(after)
+        when = f"{1e3 * after:.0f} ms after the flight"
+        found.append((f"position {when}", "% of the width", _WIDTH, lambda off, k=k: float(off.position_after[k])))
+        found.append((f"rotation {when}", "deg", _DEGREES, lambda off, k=k: float(off.rotation_after[k])))
+    return found
+
+
+def run(settings: Settings, data: str | None) -> Verdict:
+    """Fit the contact to some tosses, say which of the others are chaotic, and compare these."""
+    tosses = toss_records.tosses_of(data, settings.tosses)
+    chosen = spread_over(len(tosses), min(settings.fitted, len(tosses) - 1))
+    own, others = [tosses[k] for k in chosen], [one for k, one in enumerate(tosses) if k not in chosen]
+    known, found = STORED, STORED_FIT
+    if own:
+        known = known_of(own)
+        found = fit(own, known, settings.horizon)
+    seen = [predicted(one, found, known, settings.starts) for one in progress.track(own, "fitted tosses")]
+    ahead = [predicted(one, found, known, settings.starts) for one in progress.track(others, "predictions")]
+    calm = [one for one in ahead if not one.chaotic]
+    notes = [*_before(found, known, own, ahead), *_excess_notes(seen)]
+    comparisons = [_compared(one, calm, seen, "that are not chaotic") for one in _reads()] if calm else []
+    comparisons += [_compared(one, ahead, seen, "with chaotic ones") for one in _reads()[:2]]
+    if calm:
+        comparisons.append(_at_rest(calm, seen))
+    notes += _after(ahead, calm, known, found, stored=data is None)
+    return Verdict(comparisons=tuple(comparisons), figures=tuple(_figures(ahead, calm)), notes=tuple(notes))
+
+
+def _mean(tosses: Sequence[Predicted], of: Callable[[Predicted], Off], read: Read) -> float:
+    return float(np.mean([read(of(one)) for one in tosses]))
+
+
+def _excess(seen: Sequence[Predicted], read: Read) -> float:
+    """By how much fitted tosses that are not chaotic differ more than their starts let them, 1 or more."""
+    calm = [one for one in seen if not one.chaotic]
+    if not calm:
+        return 1.0
+    return max(1.0, _mean(calm, lambda one: one.off, read) / _mean(calm, lambda one: one.by_start, read))
+
+
+def _compared(
+    what: tuple[str, str, float, Read], tosses: Sequence[Predicted], seen: Sequence[Predicted], which: str
+) -> Comparison:
+    words, unit, factor, read = what
+    parts = [_mean(tosses, of, read) for of in (
+        lambda one: one.off, lambda one: one.by_start, lambda one: one.by_parameters, lambda one: one.by_numerics,
+    )]  # fmt: skip
+    ratio = _excess(seen, read)
+    return Comparison(
+        what=f"{words}: mean difference of {len(tosses)} tosses {which}", unit=unit, predicted=factor * parts[0],
+        measured=0.0,
+        band=Band(
+            measurement=factor * ratio * parts[1], parameters=factor * parts[2], numerics=factor * parts[3],
+            how=f"measurement: starts, times {ratio:.2g}, by which fitted tosses differ more; parameters: covariance "
+            "of the fit; numerics: a hundredth of the tolerance",
+        ),
+    )  # fmt: skip
+
+
+def _at_rest(calm: Sequence[Predicted], seen: Sequence[Predicted]) -> Comparison:
+    """Share of poses at rest that are right."""
+    before = [one for one in seen if not one.chaotic]
+    wrong = (sum(not one.off.right for one in before) + 1.0) / (len(before) + 2.0)
+    share = float(np.mean([one.off.right for one in calm]))
+    return Comparison(
+        what=f"pose at rest: right of {len(calm)} tosses that are not chaotic", unit="%", predicted=100.0 * share,
+        measured=100.0, allowed=100.0 * (1.0 - GOAL), goal=f"{100.0 * GOAL:.0f} % or more",
+        band=Band(
+            measurement=100.0 * math.hypot(wrong, math.sqrt(wrong * (1.0 - wrong) / len(calm))), parameters=0.0,
+            numerics=0.0, how="measurement: share of fitted tosses that are not right, and its scatter",
+        ),
+    )  # fmt: skip
+
+
+def _before(found: Fit, known: Known, own: Sequence[Toss], ahead: Sequence[Predicted]) -> list[str]:
+    """What is known before anything is compared."""
+    listed = ", ".join(
+        f"{name} {value:.4g} +- {std:.2g}{' ' if unit else ''}{unit}"
+        for name, value, std, unit in zip(NAMES, found.values, found.std, UNITS, strict=True)
+    )
+    chaotic = [one.toss.name for one in ahead if one.chaotic]
+    which = f"fitted to {len(own)} tosses" if own else "the stored fit to tosses of the package"
+    return [
+        "the bands hold: the start's uncertainty (scatter of its flight, and what records at rest are tilted and off "
+        "in height), times the ratio by which fitted tosses differ more than that, which is what the contact model "
+        "leaves unexplained; the covariance of the fit; the tolerance of the runs. They hold no mistake of the board's "
+        "plane, and no toss that was recorded wrongly",
+        f"{which}: {listed}; standard uncertainties by the infinitesimal jackknife over tosses (inertia over mass "
+        f"times the square of half the side: 2/3 of a homogeneous cube, 10/9 of thin walls)",
+        f"in lengths of the record gravity is {known.gravity:.4g} +- {known.gravity_std:.2g} m/s2 by the flights, and "
+        f"half the side {1e3 * known.half:.2f} +- {1e3 * known.half_std:.2g} mm by the heights at rest: both say that "
+        f"these lengths are {known.gravity / 9.81:.4f} and {known.half / NOMINAL:.4f} of true ones",
+        f"chaotic, said before comparing: {len(chaotic)} of {len(ahead)} tosses, of which a start beside it, within "
+        f"its uncertainty, ends more than {_DEGREES * RIGHT[0]:.0f} deg or {1e3 * RIGHT[1]:.0f} mm away: "
+        f"{', '.join(chaotic) or 'none'}",
+    ]
+
+
+def _excess_notes(seen: Sequence[Predicted]) -> list[str]:
+    if not seen:
+        return ["without fitted tosses the starts' spreads are not widened"]
+    ratios = [_excess(seen, read) for _, _, _, read in _reads()[:2]]
+    return [
+        f"the fitted tosses that are not chaotic differ by {ratios[0]:.2g} (position) and {ratios[1]:.2g} (rotation) "
+        "times what their starts let them"
+    ]
+
+
+def _after(
+    ahead: Sequence[Predicted], calm: Sequence[Predicted], known: Known, found: Fit, *, stored: bool
+) -> list[str]:
+    """What is seen when predictions and records are compared."""
+    own = cube(found.values, known)
+    rows = [one.toss.off(own.predicted(one.toss, one.toss.first_row)) for one in ahead]
+    reported = "; ".join(f"{name} {a:g} % and {b:g} deg" for name, (a, b) in REPORTED.items())
+    inside = sum(one.off.position <= book.COVER * _excess(ahead[:0], lambda off: off.position) * 0.0 for one in ahead)
+    notes = [
+        f"from the first row alone, as in the report of Acosta, Yang and Posa: position {_all(rows, 'position')}, "
+        f"rotation {_all(rows, 'rotation')} over all rows and tosses; they report {reported} of the whole set, as "
+        "quoted by omnilink-tech/omnisim, with lengths of the record",
+        f"pose at rest right: {sum(one.off.right for one in ahead)} of {len(ahead)} tosses with chaotic ones; the rotation "
+        f"of those that are not chaotic and right is {_median(calm):.2g} deg off in the median",
+    ]
+    del inside
+    if stored:
+        notes += _beside(ahead, calm)
+    return notes
+
+
+def _all(rows: Sequence[Off], key: str) -> str:
+    factor, unit = (_WIDTH, "%") if key == "position" else (_DEGREES, "deg")
+    values = factor * np.array([getattr(one, key) for one in rows])
+    return f"{values.mean():.1f} +- {values.std():.1f} {unit}"
+
+
+def _median(calm: Sequence[Predicted]) -> float:
+    right = [one.off.rotation_after[-1] for one in calm if one.off.right]
+    return _DEGREES * float(np.median(right)) if right else math.nan
+
+
+def stored_peer() -> dict[str, Any]:
+    """Errors of MuJoCo with its own best fit, as `python benchmarks/tosses.py` keeps them."""
+    found: dict[str, Any] = json.loads(tables.stored("tosses-mujoco.json"))
+    return found
+
+
+def _peer_of(tosses: Sequence[Predicted]) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    peer = stored_peer()
+    kept = [peer["tosses"].get(one.toss.name) for one in tosses]
+    return peer, kept if all(kept) else []
+
+
+def _beside(ahead: Sequence[Predicted], calm: Sequence[Predicted]) -> list[str]:
+    """MuJoCo beside, where it predicted the same tosses."""
+    found = []
+    for which, tosses in (("that are not chaotic", calm), ("with chaotic ones", ahead)):
+        peer, kept = _peer_of(tosses)
+        if not kept:
+            continue
+        position, rotation = (float(np.mean([one[key] for one in kept])) for key in ("position", "rotation"))
+        found.append(
+            f"{peer['program']}, its contact fitted to the same tosses, {len(kept)} tosses {which}: position "
+            f"{_WIDTH * position:.1f} % (here {_WIDTH * _mean(tosses, lambda one: one.off, lambda off: off.position):.1f}), "
+            f"rotation {_DEGREES * rotation:.1f} deg "
+            f"(here {_DEGREES * _mean(tosses, lambda one: one.off, lambda off: off.rotation):.1f}), pose at rest right "
+            f"{sum(one['right'] for one in kept)} (here {sum(one.off.right for one in tosses)})"
+        )
+    return found
+
+
+# ------------------------------------------------------------------------------------------------ figures
+
+
+def _figures(ahead: Sequence[Predicted], calm: Sequence[Predicted]) -> list[Figure]:
+    """Errors over time, and one toss: the one in the middle of those that are not chaotic."""
+    shown, panels = calm or ahead, []
+    for key, factor, label in (
+        ("position", _WIDTH, "position, % of the width"),
+        ("rotation", _DEGREES, "rotation, deg"),
+    ):
+        lines = []
+        for c, (which, tosses) in enumerate((("not chaotic", calm), ("all", ahead))):
+            if not tosses:
+                continue
+            mean = np.mean([getattr(one.off, f"{key}_after") for one in tosses], axis=0)
+            lines.append(Line(x=np.array(AFTER), y=factor * mean, label=f"evolvent, {which}", color=c))
+            peer, kept = _peer_of(tosses)
+            if kept:
+                mean = np.mean([one[f"{key}_after"] for one in kept], axis=0)
+                lines.append(
+                    Line(x=np.array(AFTER), y=factor * mean, label=f"{peer['program']}, {which}", color=c, style="--")
+                )
+        panels.append(Panel(x_label="time after the flight, s", y_label=label, lines=lines))
+    errors = Figure(
+        name="tosses", title="Mean difference of predicted tosses from recorded ones", panels=panels,
+        height=stacked(len(panels)),
+    )  # fmt: skip
+    one = sorted(shown, key=lambda each: each.off.position)[len(shown) // 2]
+    return [errors, _figure_of(one)]
+
+
+def _figure_of(one: Predicted) -> Figure:
+    toss, panels = one.toss, []
+    moved, turned = one.motion.apart(toss.recorded)
+    for k, axis in enumerate("xyz"):
+        lines = [
+            Line(x=toss.time, y=toss.recorded.position[:, k], label="measured", color="gray", width=2.5),
+            Line(x=toss.time, y=one.motion.position[:, k], label="predicted", color=0),
+        ]
+        panels.append(Panel(x_label="time, s", y_label=f"{axis}, m", lines=lines))
+    lines = [
+        Line(x=toss.time, y=_WIDTH * np.linalg.norm(moved, axis=1), label="position, % of the width", color=0),
+        Line(x=toss.time, y=_DEGREES * np.linalg.norm(turned, axis=1), label="rotation, deg", color=1),
+    ]
+    panels.append(Panel(x_label="time, s", y_label="difference", lines=lines))
+    return Figure(
+        name="toss", title=f"{toss.name}: predicted from its flight, and measured", panels=panels,
+        height=stacked(len(panels)),
+    )  # fmt: skip
+
+
+SETS = {
+    "tosses": Set(
+        name="tosses", title="A cube thrown onto a board: each toss from its flight, with a contact fitted to 20",
+        source=SOURCE, Settings=Settings, run=run,
+    ),
+}  # fmt: skip
