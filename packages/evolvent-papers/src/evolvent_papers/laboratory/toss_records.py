@@ -152,44 +152,55 @@ class Toss:
         return float(self.recorded.position[-LAST:, 2].mean())
 
     @functools.cached_property
-    def flight(self) -> tuple[float, float, float]:
-        """Gravity by the free flight, m/s2, its variance for unit noise, and the rms of the heights about it, m."""
-        k = self.touch
-        through = np.vander(self.time[:k], 3)
-        inverse = np.linalg.inv(through.T @ through)
-        found = inverse @ (through.T @ self.recorded.position[:k, 2])
-        rest = self.recorded.position[:k, 2] - through @ found
-        return -2.0 * found[0], 4.0 * inverse[0, 0], float(np.sqrt(rest @ rest / (k - 3)))
+    def flight(self) -> tuple[Array, Array]:
+        """Equations of gravity and of the centre of mass's offset by the free flight: (3 nt, 4) and (3 nt,) float.
 
-    def start(self, gravity: float) -> Start:
-        """The start by the free flight: a parabola of known gravity, and a constant spin."""
+        Without what a straight motion explains: the columns are half the square of the time, downwards, and the axes
+        of the cube.
+        """
         k = self.touch
         line = np.vander(self.time[:k], 2)
-        heights = self.recorded.position[:k].copy()
-        heights[:, 2] += 0.5 * gravity * self.time[:k] ** 2
-        (velocity, position), *_ = np.linalg.lstsq(line, heights, rcond=None)
+        bent = np.eye(k) - line @ np.linalg.pinv(line)
+        columns = np.zeros((3, k, 4))
+        columns[2, :, 0] = bent @ (-0.5 * self.time[:k] ** 2)
+        columns[:, :, 1:] = np.einsum("ij,jab->aib", bent, self.recorded.pose[:k].as_matrix())
+        return columns.reshape(-1, 4), (bent @ self.recorded.position[:k]).T.ravel()
+
+    def start(self, gravity: float, off: Array) -> Start:
+        """The start by the free flight: a parabola of the centre of mass of known gravity, and a constant spin.
+
+        Parameters
+        ----------
+        gravity : float, m/s2
+        off : (3,) float, m, from the centre of mass to the recorded point, axes of the cube
+        """
+        k = self.touch
+        line = np.vander(self.time[:k], 2)
+        places = self.recorded.position[:k] - self.recorded.pose[:k].apply(off)
+        places[:, 2] += 0.5 * gravity * self.time[:k] ** 2
+        (velocity, position), *_ = np.linalg.lstsq(line, places, rcond=None)
         first, spin = self.recorded.pose[0], self.spin[0]
         for _ in range(4):  # each removes the products of the rotations that the one before leaves
             turned = first * Rotation.from_rotvec(self.time[:k, None] * spin)
-            (rate, off), *_ = np.linalg.lstsq(line, (turned.inv() * self.recorded.pose[:k]).as_rotvec(), rcond=None)
-            first, spin = first * Rotation.from_rotvec(off), spin + rate
+            left = (turned.inv() * self.recorded.pose[:k]).as_rotvec()
+            (rate, turn), *_ = np.linalg.lstsq(line, left, rcond=None)
+            first, spin = first * Rotation.from_rotvec(turn), spin + rate
         return Start(position, velocity, first, spin)
 
-    @property
-    def first_row(self) -> Start:
-        """The start by the first row alone."""
-        return Start(self.recorded.position[0], self.velocity[0], self.recorded.pose[0], self.spin[0])
+    def first_row(self, off: Array) -> Start:
+        """The start by the first row alone; argument as of `start`."""
+        pose, spin = self.recorded.pose[0], self.spin[0]
+        place, rate = pose.apply(off), pose.apply(np.cross(spin, off))
+        return Start(self.recorded.position[0] - place, self.velocity[0] - rate, pose, spin)
 
-    def flight_noise(self, gravity: float) -> tuple[float, float]:
+    def flight_noise(self, gravity: float, off: Array) -> tuple[float, float]:
         """Root mean square of positions (m) and of rotations (rad) of the flight about that of the start."""
-        k, start = self.touch, self.start(gravity)
+        k, start = self.touch, self.start(gravity, off)
         t = self.time[:k, None]
-        fall = np.array([0.0, 0.0, -0.5 * gravity])
-        flown = Motion(
-            start.position + t * start.velocity + t**2 * fall, start.pose * Rotation.from_rotvec(t * start.spin)
-        )
-        moved, turned = self.recorded.apart(flown)
-        return tuple(float(np.sqrt(np.sum(one**2) / (3 * (k - 2)))) for one in (moved, turned))  # type: ignore[return-value]
+        fall, pose = np.array([0.0, 0.0, -0.5 * gravity]), start.pose * Rotation.from_rotvec(t * start.spin)
+        flown = Motion(start.position + t * start.velocity + t**2 * fall + pose.apply(off), pose)
+        moved, turned = (float(np.sqrt(np.sum(one**2) / (3 * (k - 2)))) for one in self.recorded.apart(flown))
+        return moved, turned
 
     def row_at(self, after: float) -> int:
         """The row `after` s from the last one of the flight, the last of all at most."""
@@ -248,29 +259,26 @@ def _toss(file: str, values: Array) -> Toss:
 
 #: A prediction: of parameters, a toss and the number of rows.
 Predict = Callable[[Array, Toss, int], Motion]
-#: Difference, m, from which residuals of a fit count less; relative steps of derivatives; largest change at once.
+#: Difference, m, from which residuals of a fit count less; steps of derivatives; largest change at once.
 _SCALE, _STEP, _LARGEST = 5e-3, 0.02, 0.7
 _ROUNDS, _ENOUGH = 12, 1e-3
 
 
 class Fit(NamedTuple):
-    """Positive parameters fitted to tosses.
+    """Numbers fitted to tosses.
 
     Attributes
     ----------
     values : (p,) float
-    covariance : (p, p) float, of their logarithms
+    covariance : (p, p) float
     cost : float, mean over the tosses of the robust squares, in units of `_SCALE`
+    sooner : (p,) float, values by the rows up to the first horizon
     """
 
     values: Array
     covariance: Array
     cost: float
-
-    @property
-    def std(self) -> Array:
-        """Standard uncertainties of the values."""
-        return np.asarray(self.values * np.sqrt(np.diag(self.covariance)))
+    sooner: Array
 
 
 def residuals(motion: Motion, toss: Toss) -> Array:
@@ -279,28 +287,40 @@ def residuals(motion: Motion, toss: Toss) -> Array:
     return np.concatenate([moved[toss.touch :], NOMINAL * turned[toss.touch :]], axis=1).ravel()
 
 
-def fitted(predict: Predict, start: Array, tosses: Sequence[Toss], horizon: float) -> Fit:
-    """Positive parameters by robust least squares over the rows up to `horizon` s after the first touch.
+def fitted(predict: Predict, start: Array, tosses: Sequence[Toss], horizons: Sequence[float]) -> Fit:
+    """Numbers of the order of 1 by robust least squares over the rows up to `horizon` s after the first touch.
 
     Parameters
     ----------
-    predict : function of parameters (p,), toss, number of rows, to a motion
-    start : (p,) float, above 0
+    predict : function of numbers (p,), toss, number of rows, to a motion
+    start : (p,) float
+    horizons : sequence of float, s, one after the other: each fit starts from the one before
 
     Notes
     -----
-    Levenberg and Marquardt's method in the logarithms, with the loss 2 (sqrt(1 + r^2) - 1) of each residual r over
-    `_SCALE`; each toss counts once. The covariance is that of the infinitesimal jackknife over tosses,
-    H^-1 (sum of g g^T) H^-1 with the gradient g of each toss: it holds without knowing how residuals of a toss are
-    correlated.
+    Levenberg and Marquardt's method with the loss 2 (sqrt(1 + r^2) - 1) of each residual r over `_SCALE`; each toss
+    counts once. The covariance is that of the fit to the first horizon, by the infinitesimal jackknife over tosses:
+    H^-1 (sum of g g^T) H^-1 with the gradient g of each toss, which holds without knowing how residuals of a toss are
+    correlated. Later rows move too much with their starts for that; what they change in the values is added as d d^T,
+    since a model that explained all rows would not change.
     """
-    rows = [toss.row_at(horizon) + 1 for toss in tosses]
+    x, covariance, cost, sooner = np.asarray(start, dtype=float), np.zeros((0, 0)), math.inf, np.zeros(0)
+    for k, horizon in enumerate(horizons):
+        rows = [toss.row_at(horizon) + 1 for toss in tosses]
 
-    def at(x: Array) -> list[Array]:
-        progress.report("fitting", unit="evaluations")
-        return [residuals(predict(np.exp(x), one, n), one) / _SCALE for one, n in zip(tosses, rows, strict=True)]
+        def at(x: Array, rows: Sequence[int] = rows) -> list[Array]:
+            progress.report("fitting", unit="evaluations")
+            return [residuals(predict(x, one, n), one) / _SCALE for one, n in zip(tosses, rows, strict=True)]
 
-    x = np.log(np.asarray(start, dtype=float))
+        x, now = _least(at, x)
+        cost = _cost(now)
+        if k == 0:
+            sooner, covariance = x, _jackknife(at, x, now)
+    return Fit(x, covariance + np.outer(x - sooner, x - sooner), cost, sooner)
+
+
+def _least(at: Callable[[Array], list[Array]], x: Array) -> tuple[Array, list[Array]]:
+    """Numbers of least cost from those of a start, and their residuals."""
     now, damping = at(x), 1e-2
     for _ in range(_ROUNDS):
         normal, gradients = _normal(at, x, now)
@@ -318,11 +338,15 @@ def fitted(predict: Predict, start: Array, tosses: Sequence[Toss], horizon: floa
         x, now = x + change, better
         if cost - _cost(now) < _ENOUGH * cost:
             break
+    return x, now
+
+
+def _jackknife(at: Callable[[Array], list[Array]], x: Array, now: Sequence[Array]) -> Array:
+    """Covariance of numbers by the gradients of the tosses: (p, p)."""
     normal, gradients = _normal(at, x, now)
     inverse = np.linalg.pinv(normal, rcond=1e-8, hermitian=True)
-    count = len(tosses)
-    covariance = inverse @ (gradients.T @ gradients) @ inverse * count / max(count - x.size, 1)
-    return Fit(values=np.exp(x), covariance=covariance, cost=_cost(now))
+    count = len(now)
+    return np.asarray(inverse @ (gradients.T @ gradients) @ inverse * count / max(count - x.size, 1))
 
 
 def _cost(each: Sequence[Array]) -> float:

@@ -16,37 +16,36 @@ import dataclasses
 import json
 import math
 from collections.abc import Callable, Sequence
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field
 
-from evolvent.analysis.runs import solve
-from evolvent.analysis.system import System
-from evolvent.parts import Box, Contact, Plane, RigidBody
 from evolvent_base import progress, units
-from evolvent_base.errors import RunFailed
 from evolvent_base.figures import Figure, Line, Panel, stacked
 from evolvent_base.schema import Section
 from evolvent_papers.laboratory import book, tables, toss_records
 from evolvent_papers.laboratory.book import Array, Band, Comparison, Set, Verdict
 from evolvent_papers.laboratory.pendulum import spread_over
-from evolvent_papers.laboratory.toss_records import AFTER, NOMINAL, RIGHT, Fit, Motion, Off, Start, Toss
+from evolvent_papers.laboratory.toss_cube import (
+    FINE,
+    NAMES,
+    SOONER,
+    UNITS,
+    Known,
+    cube,
+    fit,
+    known_of,
+    meant,
+    stored_fit,
+    values_of,
+)
+from evolvent_papers.laboratory.toss_records import AFTER, NOMINAL, RIGHT, Fit, Motion, Off, Toss
 
 SOURCE = (
     "public repository DAIRLab/contact-nets, folder data/tosses_processed, commit c3dc21c, every ninth toss; "
     "BSD-3-Clause licence"
 )
-#: Mass of the cube, kg, as publications on the set report it: motions do not depend on it.
-MASS = 0.37
-#: Tolerance of the runs, and of those that say how far they are off.
-TOLERANCE, FINE = 1e-6, 1e-8
-#: What is fitted beside gravity and size, and its start: acrylic on wood, and a hollow cube with thin walls.
-NAMES = ("stiffness", "damping", "friction", "rounding", "inertia")
-UNITS = ("N/m", "s/m", "", "m", "")
-FIRST = (5e4, 3.0, 0.2, 3e-3, 1.0)
-#: Damping of the bristles, N s/m, which stick with the contact's stiffness.
-BRISTLE_DAMPING = 10.0
 #: Least share of poses at rest that must be right.
 GOAL = 0.8
 #: Mean errors that Acosta, Yang and Posa report of all tosses, part of the cube's width in % and deg, as the README of
@@ -54,122 +53,6 @@ GOAL = 0.8
 REPORTED = {"Drake": (13.5, 16.5), "Bullet": (14.9, 16.5), "MuJoCo": (25.1, 21.7)}
 #: Times after the first touch that are compared, s.
 COMPARED = (0.04, 0.1, 0.2, 0.4)
-
-
-class Cube(NamedTuple):
-    """A cube and its board, in lengths of the record.
-
-    Attributes
-    ----------
-    stiffness, damping, friction : float, of a corner's contact, N/m at `MASS`, s/m, 1
-    rounding : float, m, radius of edges and corners
-    inertia : float, over mass times the square of half the side: 2/3 of a homogeneous cube, 10/9 of thin walls
-    half : float, m, half the side
-    gravity : float, m/s2
-    """
-
-    stiffness: float
-    damping: float
-    friction: float
-    rounding: float
-    inertia: float
-    half: float
-    gravity: float
-
-    def system(self, start: Start) -> System:
-        """The cube at a start."""
-        found = System(gravity=(0.0, 0.0, -self.gravity))
-        x, y, z, w = start.pose.as_quat()
-        body = RigidBody(
-            mass=MASS, inertia=self.inertia * MASS * self.half**2, shape=Box(size=(2.0 * self.half,) * 3),
-            position=tuple(start.position), velocity=tuple(start.velocity), orientation=(w, x, y, z),
-            angular_velocity=tuple(start.spin),
-        )  # fmt: skip
-        found.add(body, "cube")
-        contact = Contact(
-            a="cube", b=(0.0, 0.0, 0.0), shape=Plane(normal=(0.0, 0.0, 1.0)), stiffness=self.stiffness,
-            damping=self.damping, friction=self.friction, bristle_stiffness=self.stiffness,
-            bristle_damping=BRISTLE_DAMPING, rounding=min(self.rounding, 0.9 * self.half), initial_overlap=1.0,
-        )  # fmt: skip
-        found.add(contact, "board")
-        return found
-
-    def predicted(
-        self, toss: Toss, start: Start | None = None, *, rows: int | None = None, tolerance: float = TOLERANCE
-    ) -> Motion:
-        """The motion from a start, that of the flight if left out, at the first rows of a toss."""
-        count = toss.time.size if rows is None else rows
-        solution, _, _ = solve(
-            self.system(toss.start(self.gravity) if start is None else start).assemble(),
-            until=(count - 1) * toss.every, every=toss.every, fine=False, method="dopri5", tolerance=tolerance,
-        )  # fmt: skip
-        if not solution.success:
-            raise RunFailed(solution.message, None)
-        at = solution.model.bodies["iq"][-1]
-        pose = toss_records.Rotation.from_quat(solution.y[:, [at + 4, at + 5, at + 6, at + 3]])
-        return Motion(solution.y[:, at : at + 3], pose)
-
-
-class Known(NamedTuple):
-    """What records say without a model of the contact, of the tosses to which the contact is fitted.
-
-    Attributes
-    ----------
-    gravity, gravity_std : float, m/s2, of the flights
-    half, half_std : float, m, heights at rest
-    height, tilt : float, m and rad, deviations of a recorded height, and of a recorded normal per axis, at rest
-    noise : (2,) float, m and rad, rms of positions and rotations about a flight
-    """
-
-    gravity: float
-    gravity_std: float
-    half: float
-    half_std: float
-    height: float
-    tilt: float
-    noise: tuple[float, float]
-
-    def deviations(self, toss: Toss) -> Array:
-        """Standard deviations of a start: position, velocity, rotation, spin; (12,) float."""
-        line = np.vander(toss.time[: toss.touch], 2)
-        rate, place = np.sqrt(np.diag(np.linalg.inv(line.T @ line)))
-        found = np.concatenate([np.full(3, one) for one in np.outer(self.noise, (place, rate)).ravel()])
-        found[2] = math.hypot(found[2], self.height)
-        found[6:9] = np.hypot(found[6:9], self.tilt)
-        return np.asarray(found)
-
-
-def known_of(tosses: Sequence[Toss]) -> Known:
-    """Gravity, size and deviations by flights and poses at rest."""
-    flights = np.array([toss.flight for toss in tosses])
-    weights = 1.0 / flights[:, 1]
-    gravity = float(np.average(flights[:, 0], weights=weights))
-    spread = np.average((flights[:, 0] - gravity) ** 2, weights=weights)
-    still = [toss for toss in tosses if toss.rests] or list(tosses)
-    heights = np.array([toss.height for toss in still])
-    noise = np.sqrt(np.mean(np.square([toss.flight_noise(gravity) for toss in tosses]), axis=0))
-    height = float(np.std(heights, ddof=1)) if heights.size > 1 else 0.0
-    return Known(
-        gravity, math.sqrt(spread / len(tosses)), float(heights.mean()), height / math.sqrt(heights.size), height,
-        book.rms([toss.tilt for toss in still]), (float(noise[0]), float(noise[1])),
-    )  # fmt: skip
-
-
-#: Of the 20 tosses of the package: what `fitted=0` takes.
-STORED = Known(9.612, 0.0052, 0.05127, 6e-5, 3e-4, 7.5e-3, (2e-5, 4e-4))
-STORED_FIT = Fit(np.array([8.7e4, 3.4, 0.173, 5e-3, 1.13]), np.diag(np.square([0.5, 0.1, 0.02, 0.2, 0.05])), 0.21)
-
-
-def cube(values: Array, known: Known) -> Cube:
-    """A cube with these values of `NAMES`."""
-    return Cube(*(float(one) for one in values), known.half, known.gravity)
-
-
-def fit(tosses: Sequence[Toss], known: Known, horizon: float) -> Fit:
-    """`NAMES` by the rows up to `horizon` s after the first touch of each toss."""
-    return toss_records.fitted(
-        lambda values, toss, rows: cube(values, known).predicted(toss, rows=rows), np.array(FIRST), tosses, horizon
-    )
 
 
 class Settings(Section):
@@ -182,7 +65,7 @@ class Settings(Section):
     starts: Annotated[int, units.Whole(least=2, most=1000)] = Field(
         8, description="starts beside that of each toss, within its uncertainty, that say which are chaotic"
     )
-    horizon: units.Time = Field(0.1, description="time after the first touch up to which the fit sees a toss, s")
+    horizon: units.Time = Field(0.35, description="time after the first touch up to which the fit sees a toss, s")
 
 
 # ------------------------------------------------------------------------------------------------ predictions
@@ -216,15 +99,15 @@ class Predicted:
 def predicted(toss: Toss, found: Fit, known: Known, starts: int) -> Predicted:
     """The motion of a toss with its spreads by starts, by parameters and by the tolerance."""
     own, rows = cube(found.values, known), [toss.row_at(after) for after in AFTER]
-    start = toss.start(known.gravity)
+    start = own.start(toss)
     motion = own.predicted(toss, start)
     draws = np.random.default_rng(0).standard_normal(((starts + 1) // 2, 12)) * known.deviations(toss)
     beside = [own.predicted(toss, start.moved(sign * one)) for one in draws for sign in (1.0, -1.0)][:starts]
 
-    def moved(logarithms: Array) -> Array:
-        return np.concatenate(cube(np.exp(logarithms), known).predicted(toss, start).apart(motion), axis=1)
+    def moved(numbers: Array) -> Array:
+        return np.concatenate(cube(numbers, known).predicted(toss).apart(motion), axis=1)
 
-    deviations = book.by_parameters(moved, np.log(found.values), found.covariance)
+    deviations = book.by_parameters(moved, found.values, found.covariance)
     return Predicted(
         toss=toss, motion=motion,
         chaotic=not all(toss_records.difference(one, motion, rows).right for one in beside),
@@ -265,7 +148,7 @@ def run(settings: Settings, data: str | None) -> Verdict:
     tosses = toss_records.tosses_of(data, settings.tosses)
     chosen = spread_over(len(tosses), min(settings.fitted, len(tosses) - 1))
     own, others = [tosses[k] for k in chosen], [one for k, one in enumerate(tosses) if k not in chosen]
-    known, found = STORED, STORED_FIT
+    known, found = stored_fit()
     if own:
         known = known_of(own)
         found = fit(own, known, settings.horizon)
@@ -331,8 +214,10 @@ def _before(found: Fit, known: Known, own: Sequence[Toss], ahead: Sequence[Predi
     """What is known before anything is compared."""
     listed = ", ".join(
         f"{name} {value:.4g} +- {std:.2g}{' ' if unit else ''}{unit}"
-        for name, value, std, unit in zip(NAMES, found.values, found.std, UNITS, strict=True)
+        for name, value, std, unit in zip(NAMES, *values_of(found), UNITS, strict=True)
     )
+    sooner = ", ".join(f"{name} {value:.4g}" for name, value in zip(NAMES, meant(found.sooner), strict=True))
+    flown = ", ".join(f"{1e3 * x:.1f} +- {1e3 * u:.1g}" for x, u in zip(known.off, known.off_std, strict=True))
     chaotic = [one.toss.name for one in ahead if one.chaotic]
     which = f"fitted to {len(own)} tosses" if own else "the stored fit to tosses of the package"
     return [
@@ -340,8 +225,10 @@ def _before(found: Fit, known: Known, own: Sequence[Toss], ahead: Sequence[Predi
         "in height), times the ratio by which fitted tosses differ more than that, which is what the contact model "
         "leaves unexplained; the covariance of the fit; the tolerance of the runs. They hold no mistake of the board's "
         "plane, and no toss that was recorded wrongly",
-        f"{which}: {listed}; standard uncertainties by the infinitesimal jackknife over tosses (inertia over mass "
-        f"times the square of half the side: 2/3 of a homogeneous cube, 10/9 of thin walls)",
+        f"{which}: {listed}; standard uncertainties by the infinitesimal jackknife over tosses, with what the "
+        f"fit to {SOONER[0]:g} s after the touch has otherwise: {sooner} (inertia over mass times the square of half "
+        "the side: 2/3 of a homogeneous cube, 10/9 of thin walls)",
+        f"the flights alone, in which the centre of mass moves on a parabola, say an offset of {flown} mm",
         f"in lengths of the record gravity is {known.gravity:.4g} +- {known.gravity_std:.2g} m/s2 by the flights, and "
         f"half the side {1e3 * known.half:.2f} +- {1e3 * known.half_std:.2g} mm by the heights at rest: both say that "
         f"these lengths are {known.gravity / 9.81:.4f} and {known.half / NOMINAL:.4f} of true ones",
@@ -366,17 +253,16 @@ def _after(
 ) -> list[str]:
     """What is seen when predictions and records are compared."""
     own = cube(found.values, known)
-    rows = [one.toss.off(own.predicted(one.toss, one.toss.first_row)) for one in ahead]
+    rows = [one.toss.off(own.predicted(one.toss, one.toss.first_row(np.array(own.off)))) for one in ahead]
     reported = "; ".join(f"{name} {a:g} % and {b:g} deg" for name, (a, b) in REPORTED.items())
-    inside = sum(one.off.position <= book.COVER * _excess(ahead[:0], lambda off: off.position) * 0.0 for one in ahead)
+    right = sum(one.off.right for one in ahead)
     notes = [
         f"from the first row alone, as in the report of Acosta, Yang and Posa: position {_all(rows, 'position')}, "
         f"rotation {_all(rows, 'rotation')} over all rows and tosses; they report {reported} of the whole set, as "
         "quoted by omnilink-tech/omnisim, with lengths of the record",
-        f"pose at rest right: {sum(one.off.right for one in ahead)} of {len(ahead)} tosses with chaotic ones; the rotation "
-        f"of those that are not chaotic and right is {_median(calm):.2g} deg off in the median",
+        f"pose at rest right: {right} of {len(ahead)} tosses with chaotic ones; the rotation of those that are not "
+        f"chaotic and right is {_median(calm):.2g} deg off in the median",
     ]
-    del inside
     if stored:
         notes += _beside(ahead, calm)
     return notes
@@ -395,7 +281,7 @@ def _median(calm: Sequence[Predicted]) -> float:
 
 def stored_peer() -> dict[str, Any]:
     """Errors of MuJoCo with its own best fit, as `python benchmarks/tosses.py` keeps them."""
-    found: dict[str, Any] = json.loads(tables.stored("tosses-mujoco.json"))
+    found: dict[str, Any] = json.loads(tables.stored("tosses.json"))["peer"]
     return found
 
 
@@ -412,13 +298,16 @@ def _beside(ahead: Sequence[Predicted], calm: Sequence[Predicted]) -> list[str]:
         peer, kept = _peer_of(tosses)
         if not kept:
             continue
-        position, rotation = (float(np.mean([one[key] for one in kept])) for key in ("position", "rotation"))
+        reads = _reads()[:2]
+        here = [factor * _mean(tosses, lambda one: one.off, read) for _, _, factor, read in reads]
+        position, rotation = (
+            factor * float(np.mean([one[key] for one in kept]))
+            for key, (_, _, factor, _) in zip(("position", "rotation"), reads, strict=True)
+        )
         found.append(
             f"{peer['program']}, its contact fitted to the same tosses, {len(kept)} tosses {which}: position "
-            f"{_WIDTH * position:.1f} % (here {_WIDTH * _mean(tosses, lambda one: one.off, lambda off: off.position):.1f}), "
-            f"rotation {_DEGREES * rotation:.1f} deg "
-            f"(here {_DEGREES * _mean(tosses, lambda one: one.off, lambda off: off.rotation):.1f}), pose at rest right "
-            f"{sum(one['right'] for one in kept)} (here {sum(one.off.right for one in tosses)})"
+            f"{position:.1f} % (here {here[0]:.1f}), rotation {rotation:.1f} deg (here {here[1]:.1f}), pose at rest "
+            f"right {sum(one['right'] for one in kept)} (here {sum(one.off.right for one in tosses)})"
         )
     return found
 
