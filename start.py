@@ -7,7 +7,7 @@
     python3 start.py docs              documentation as HTML in docs/_build/html/
     python3 start.py wheel             wheels, with compiled functions for this Python and platform, in dist/
     python3 start.py lowest            a fast part of the tests, every dependency at its lower bound
-    python3 start.py bench             the benchmarks, or those named; `compare`, `shell_peers` and `tosses` run only by name
+    python3 start.py bench             the benchmarks, or those named; `compare`, `shell_peers`, `tosses` only by name
 
 Needs Python 3.11 or later with its venv module, and a way to download packages the first time.
 """

@@ -173,6 +173,42 @@ def values_of(found: Fit) -> tuple[Array, Array]:
     return values, scale * np.sqrt(np.diag(found.covariance))
 
 
+class Alone(NamedTuple):
+    """Damping and friction that each toss asks for by itself, with the other values of a fit.
+
+    Attributes
+    ----------
+    changes, std : (n, 2) float, relative to the fit
+    before, after : float, m, rms of the residuals with the fit and with these
+    """
+
+    changes: Array
+    std: Array
+    before: float
+    after: float
+
+
+def alone(found: Fit, known: Known, tosses: Sequence[Toss]) -> Alone:
+    """What the tosses say one by one, linearly, by the rows up to `SOONER`."""
+    free = [NAMES.index("damping"), NAMES.index("friction")]
+    changes, deviations, before, after = [], [], [], []
+    for toss in tosses:
+        rows = toss.row_at(SOONER[0]) + 1
+        sides = [
+            toss_records.residuals(cube(numbers, known).predicted(toss, rows=rows), toss)
+            for numbers in (found.sooner, *(found.sooner + 0.02 * np.eye(len(NAMES))[k] for k in free))
+        ]
+        jacobian = np.column_stack([(side - sides[0]) / 0.02 for side in sides[1:]])
+        change, *_ = np.linalg.lstsq(jacobian, -sides[0], rcond=None)
+        left = sides[0] + jacobian @ change
+        variance = left @ left * book.samples_per_independent([np.reshape(left, (-1, 6))]) / left.size
+        changes.append(change)
+        deviations.append(np.sqrt(np.diag(np.linalg.pinv(jacobian.T @ jacobian)) * variance))
+        before.append(sides[0])
+        after.append(left)
+    return Alone(np.array(changes), np.array(deviations), book.rms(before), book.rms(after))
+
+
 def stored_fit() -> tuple[Known, Fit]:
     """What `fitted=0` takes: of 20 tosses of the package, by `python benchmarks/tosses.py`."""
     held = json.loads(tables.stored("tosses.json"))["evolvent"]

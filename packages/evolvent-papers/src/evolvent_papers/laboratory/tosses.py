@@ -13,6 +13,7 @@ Impacts, arXiv 2110.00541.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import json
 import math
 from collections.abc import Callable, Sequence
@@ -33,6 +34,7 @@ from evolvent_papers.laboratory.toss_cube import (
     SOONER,
     UNITS,
     Known,
+    alone,
     cube,
     fit,
     known_of,
@@ -129,6 +131,11 @@ _WIDTH, _DEGREES = 100.0 / (2.0 * NOMINAL), math.degrees(1.0)
 Read = Callable[[Off], float]
 
 
+def _after_flight(key: str, k: int, off: Off) -> float:
+    """The difference at the kth of the times `AFTER`."""
+    return float(getattr(off, f"{key}_after")[k])
+
+
 def _reads() -> list[tuple[str, str, float, Read]]:
     """What is compared: words, unit, factor, and how it is read of differences."""
     found: list[tuple[str, str, float, Read]] = [
@@ -138,8 +145,8 @@ def _reads() -> list[tuple[str, str, float, Read]]:
     for after in COMPARED:
         k = AFTER.index(after)
         when = f"{1e3 * after:.0f} ms after the flight"
-        found.append((f"position {when}", "% of the width", _WIDTH, lambda off, k=k: float(off.position_after[k])))
-        found.append((f"rotation {when}", "deg", _DEGREES, lambda off, k=k: float(off.rotation_after[k])))
+        found.append((f"position {when}", "% of the width", _WIDTH, functools.partial(_after_flight, "position", k)))
+        found.append((f"rotation {when}", "deg", _DEGREES, functools.partial(_after_flight, "rotation", k)))
     return found
 
 
@@ -155,7 +162,7 @@ def run(settings: Settings, data: str | None) -> Verdict:
     seen = [predicted(one, found, known, settings.starts) for one in progress.track(own, "fitted tosses")]
     ahead = [predicted(one, found, known, settings.starts) for one in progress.track(others, "predictions")]
     calm = [one for one in ahead if not one.chaotic]
-    notes = [*_before(found, known, own, ahead), *_excess_notes(seen)]
+    notes = [*_before(found, known, own, ahead), *_excess_notes(seen, found, known)]
     comparisons = [_compared(one, calm, seen, "that are not chaotic") for one in _reads()] if calm else []
     comparisons += [_compared(one, ahead, seen, "with chaotic ones") for one in _reads()[:2]]
     if calm:
@@ -238,13 +245,25 @@ def _before(found: Fit, known: Known, own: Sequence[Toss], ahead: Sequence[Predi
     ]
 
 
-def _excess_notes(seen: Sequence[Predicted]) -> list[str]:
+def _excess_notes(seen: Sequence[Predicted], found: Fit, known: Known) -> list[str]:
+    """What a rigid cube with one Coulomb contact leaves of the fitted tosses."""
     if not seen:
         return ["without fitted tosses the starts' spreads are not widened"]
     ratios = [_excess(seen, read) for _, _, _, read in _reads()[:2]]
+    each = alone(found, known, [one.toss for one in seen])
+    (damping, friction), (u_damping, u_friction) = each.changes.std(axis=0), np.median(each.std, axis=0)
+    before, after = (values[NAMES.index("damping")] for values in (meant(found.sooner), meant(found.values)))
     return [
         f"the fitted tosses that are not chaotic differ by {ratios[0]:.2g} (position) and {ratios[1]:.2g} (rotation) "
-        "times what their starts let them"
+        "times what their starts let them",
+        f"what one rigid Coulomb contact does not explain: by their first {SOONER[0]:g} s alone the fitted tosses ask "
+        f"for frictions that scatter by {100.0 * friction:.0f} % (each is uncertain by {100.0 * u_friction:.0f} %) and "
+        f"dampings that scatter by {100.0 * damping:.0f} % ({100.0 * u_damping:.0f} %); with their own they differ by "
+        f"{1e3 * each.after:.2f} mm rms, else by {1e3 * each.before:.2f} mm. Later and slower impacts ask for a "
+        f"damping of {after:.3g} s/m in place of {before:.3g} s/m: they lose more than a damping in proportion to the force",
+        f"what no contact explains: at rest the recorded normals are {1e3 * known.tilt:.1f} mrad rms off the vertical "
+        f"in each axis, and heights scatter by {1e3 * known.height:.2f} mm, more than a flight's noise of "
+        f"{1e3 * known.noise[0]:.2f} mm and {1e3 * known.noise[1]:.1f} mrad",
     ]
 
 
