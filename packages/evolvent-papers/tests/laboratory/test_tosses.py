@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import pathlib
 
 import numpy as np
@@ -12,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from book import Book
 from evolvent_base.errors import InputError
 from evolvent_papers import laboratory
-from evolvent_papers.laboratory import toss_cube, toss_records
+from evolvent_papers.laboratory import toss_cube, toss_records, tosses
 from evolvent_papers.laboratory.toss_records import Motion, Start, Toss
 
 CUBE = toss_cube.Cube(
@@ -20,6 +21,8 @@ CUBE = toss_cube.Cube(
     gravity=9.6,
 )  # fmt: skip
 EVERY = 1.0 / 148.0
+ROOT = pathlib.Path(__file__).parents[4]
+STORED = pathlib.Path(tosses.__file__).with_name("data")
 
 
 def blank(count: int, every: float = EVERY) -> Toss:
@@ -114,7 +117,7 @@ def test_tosses_are_those_of_the_package() -> None:
     found = toss_records.tosses_of(None, 1000)
     assert len(found) == 64
     assert all(one.rests for one in found)
-    assert (found[0].name, found[0].touch, found[0].time.size) == ("toss-000", 13, 111)
+    assert (found[0].name, found[0].touch, found[0].time.size) == ("toss-000", 12, 111)
     assert 1.0 / found[0].every == pytest.approx(148.0, rel=1e-4)
 
 
@@ -160,3 +163,28 @@ def test_what_is_no_toss_is_refused(tmp_path: pathlib.Path) -> None:
     written(tmp_path, dataclasses.replace(blank(12), recorded=late))
     with pytest.raises(InputError, match=r"own\.csv: 2 of 12 rows are before the first touch; it needs 4"):
         toss_records.tosses_of(str(tmp_path), 10)
+
+
+def test_the_page_states_the_stored_verdict() -> None:
+    held = json.loads((STORED / "verdicts" / "tosses.json").read_text(encoding="utf-8"))
+    page = (ROOT / "docs" / "laboratory" / "tosses.md").read_text(encoding="utf-8")
+    found = {one["what"].partition(":")[0]: one["predicted"] for one in reversed(held["comparisons"])}
+    assert f"| position, all rows | {found['position, mean over the rows']:.1f} % of the width |" in page
+    assert f"| rotation, all rows | {found['rotation, mean over the rows']:.1f} deg |" in page
+    for after in (40, 100, 200):
+        position, rotation = (found[f"{key} {after} ms after the flight"] for key in ("position", "rotation"))
+        assert f"| {position:.1f} %, {rotation:.1f} deg |" in page
+    assert f"{found['pose at rest']:.1f} %" in page
+    chaotic = next(note for note in held["notes"] if note.startswith("chaotic"))
+    assert "2 of 44" in chaotic
+    assert all(f"`{name}`" in page for name in chaotic.rpartition(": ")[2].split(", "))
+
+
+def test_the_stored_fit_is_that_of_the_page() -> None:
+    """What `fitted=0` takes, and errors of MuJoCo on all tosses."""
+    known, found = toss_cube.stored_fit()
+    values, std = toss_cube.values_of(found)
+    assert known.gravity == pytest.approx(9.595, abs=5e-4)
+    np.testing.assert_allclose(values[[1, 2, 4]], (4.27, 0.1732, 1.015), rtol=2e-3)
+    np.testing.assert_allclose((values[7], std[7]), (-5.75e-3, 4.1e-4), rtol=2e-2)
+    assert len(tosses.stored_peer()["tosses"]) == 64

@@ -260,9 +260,10 @@ def _excess_notes(seen: Sequence[Predicted], found: Fit, known: Known) -> list[s
         f"for frictions that scatter by {100.0 * friction:.0f} % (each is uncertain by {100.0 * u_friction:.0f} %) and "
         f"dampings that scatter by {100.0 * damping:.0f} % ({100.0 * u_damping:.0f} %); with their own they differ by "
         f"{1e3 * each.after:.2f} mm rms, else by {1e3 * each.before:.2f} mm. Later and slower impacts ask for a "
-        f"damping of {after:.3g} s/m in place of {before:.3g} s/m: they lose more than a damping in proportion to the force",
-        f"what no contact explains: at rest the recorded normals are {1e3 * known.tilt:.1f} mrad rms off the vertical "
-        f"in each axis, and heights scatter by {1e3 * known.height:.2f} mm, more than a flight's noise of "
+        f"damping of {after:.3g} s/m in place of {before:.3g} s/m: they lose more than a "
+        "damping in proportion to the force",
+        f"what no contact explains: at rest the recorded normals are {1e3 * known.tilt:.1f} mrad rms off the "
+        f"vertical in each axis, and heights scatter by {1e3 * known.height:.2f} mm, more than a flight's noise of "
         f"{1e3 * known.noise[0]:.2f} mm and {1e3 * known.noise[1]:.1f} mrad",
     ]
 
