@@ -7,7 +7,7 @@
     python3 start.py docs              documentation as HTML in docs/_build/html/
     python3 start.py wheel             wheels, with compiled functions for this Python and platform, in dist/
     python3 start.py lowest            a fast part of the tests, every dependency at its lower bound
-    python3 start.py bench             the benchmarks, or those named; `compare` and `shell_peers` run only by name
+    python3 start.py bench             the benchmarks, or those named; `compare`, `shell_peers`, `tosses` only by name
 
 Needs Python 3.11 or later with its venv module, and a way to download packages the first time.
 """
@@ -56,7 +56,7 @@ OTHER_PROCESSOR = {
 }
 COMPILE = ["python", "-c", "from evolvent.compiled import precompile; precompile.compile_all()"]
 #: Benchmarks that run only where they are named: they install other programs, and write a page of the documentation.
-BY_NAME = ("compare", "shell_peers")
+BY_NAME = ("compare", "shell_peers", "tosses")
 #: Tests in an environment of their own: Basilisk's package bounds other packages from above.
 TEST_BASILISK = "packages/evolvent-cosim/tests/cosim/test_basilisk.py"
 BASILISK = ["python", "tools/lowest.py", "basilisk", "--", "-rs", TEST_BASILISK]

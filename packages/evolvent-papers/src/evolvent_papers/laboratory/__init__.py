@@ -25,6 +25,7 @@ SETS = {
     "rbsp": "rbsp",
     "trifilar": "trifilar",
     "torsion": "torsion",
+    "tosses": "tosses",
 }
 
 
