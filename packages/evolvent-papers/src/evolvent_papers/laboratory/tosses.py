@@ -55,7 +55,7 @@ BUDGET = Budget(
             source="scatter of the toss about its flight, and of records at rest",
         ),
         Contribution(
-            name="contact", kind="measurement", size="by which the fitted tosses differ more than their starts let them",
+            name="contact", kind="measurement", size="by which fitted tosses differ more than by their starts",
             source="the fitted tosses",
         ),
         Contribution(name="fit", kind="parameters", size="covariance of the fit", source="the fitted tosses"),
