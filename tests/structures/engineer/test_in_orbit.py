@@ -128,7 +128,7 @@ def test_a_reel_law_pays_out_a_tether() -> None:
     """The law keeps the rate in proportion to the length, which then is an exponential of time."""
     n, begin, longest, radius, growth = 1.13e-3, 20.0, 1000.0, 0.1, 0.75  # rad/s, m, m, m, -
 
-    @ev.spring_law
+    @ev.law
     def reel(x, v, t, p):  # type: ignore[no-untyped-def]
         length = x * p[0]
         wanted = min(0.75 * p[1] * length, 0.4 * p[1] * (p[2] - length) + 1e-3) / p[0]

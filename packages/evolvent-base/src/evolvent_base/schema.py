@@ -19,6 +19,7 @@ from pydantic import (
     ValidationError,
     model_validator,
 )
+from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError, PydanticSerializationError, core_schema
 
 from evolvent_base.errors import HIDDEN, InputError, nearest
@@ -274,6 +275,13 @@ def literals(annotation: Any) -> list[str]:
     return [one for argument in get_args(annotation) for one in literals(argument)]
 
 
+@dataclasses.dataclass(frozen=True, eq=False)
+class Meant:
+    """An annotation of a key with few words: what other words mean, by which a refusal names the right one."""
+
+    words: Mapping[str, str]
+
+
 def marks(field: Any) -> Iterator[Any]:
     """Annotations of a field, of its type and of the types that a union offers, such as `Quantity`."""
     yield from field.metadata
@@ -495,7 +503,10 @@ def sentence(errors: Sequence[Any], kind: type[Section], *, before: str = "") ->
         case "literal_error":
             known = re.findall(r"'([^']*)'", context.get("expected", ""))
             if known:
-                return f"{key} is {value!r}; {nearest(str(value), known)}"
+                field = _field(kind, first["loc"])
+                others = next((mark.words for mark in marks(field) if isinstance(mark, Meant)), {}) if field else {}
+                word = others.get(str(value))
+                return f"{key} is {value!r}; {f'did you mean {word!r}?' if word else nearest(str(value), known)}"
             message = f"it must be {context.get('expected')}"
         case "model_type":
             message = "it must be a mapping of keys to values"
@@ -509,8 +520,8 @@ def sentence(errors: Sequence[Any], kind: type[Section], *, before: str = "") ->
     return f"{key.rstrip('.')} is {shown(value)}; {message}"
 
 
-def _wanted(kind: type[Section], location: tuple[Any, ...]) -> str:
-    """What a missing key requires, where its annotation says so."""
+def _field(kind: type[Section], location: tuple[Any, ...]) -> FieldInfo | None:
+    """Field of a key, where it is known."""
     here, choice = kind, None
     for part in location[:-1]:
         if choice is not None and part in choice.kinds:
@@ -519,7 +530,12 @@ def _wanted(kind: type[Section], location: tuple[Any, ...]) -> str:
             field = here.model_fields[part]
             choice = next((mark for mark in marks(field) if isinstance(mark, OneOf)), None)
             here = next(sections(field.annotation), here)
-    last = here.model_fields.get(str(location[-1]))
+    return here.model_fields.get(str(location[-1]))
+
+
+def _wanted(kind: type[Section], location: tuple[Any, ...]) -> str:
+    """What a missing key requires, where its annotation says so."""
+    last = _field(kind, location)
     for annotation in marks(last) if last is not None else ():
         allowed = getattr(annotation, "allowed", None)
         if allowed:

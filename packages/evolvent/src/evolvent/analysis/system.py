@@ -246,7 +246,7 @@ class System(Composition, Answered):
         def start() -> xr.DataTree:
             return trees.tree(trees.at_start(assembly, choose_method(assembly, "auto")[0], 0.0), case="", why="")
 
-        names = limits.Names(start, lambda: self.margin(motion=False).names, "it asks for")
+        names = limits.Names(start, lambda: self.margin(motion=False).names, lambda: assembly.parts, "it asks for")
         wanted, section = limits.of_texts(texts, names), self.sections.get("margin", {})
         return lambda solution: {LIMITS: limits.written(wanted, section, solution, {})}
 

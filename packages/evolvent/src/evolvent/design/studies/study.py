@@ -55,6 +55,7 @@ class Study:
     files : dict, files that the cases read -> SHA-256 of their content
     tables : dict, the same of files in whose place the rows stand
     text : str, the study as YAML that holds its whole case and can be swept again
+    limits : tuple of mapping, limits of the case whose values are kept, as the results hold them
     """
 
     name: str
@@ -73,6 +74,7 @@ class Study:
     start_key: str = ""
     files: Mapping[str, str] = dataclasses.field(default_factory=dict)
     tables: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    limits: tuple[Mapping[str, Any], ...] = ()
 
     @property
     def shape(self) -> tuple[int, ...]:

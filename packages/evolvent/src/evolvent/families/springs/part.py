@@ -40,7 +40,7 @@ class Spring(Part):
         which its relaxed tension is zero, and recovers meanwhile.
     law : optional
         Tension (N) in place of stiffness and damping: an expression of the extension x (m), its rate v (m/s) and t (s),
-        or a function under ``@evolvent.spring_law``: ``law(extension, rate, t, parameters) -> tension``.
+        or a function under ``@evolvent.law``: ``law(extension, rate, t, parameters) -> tension``.
     parameters : list of float
         Of a Python law.
     constants : mapping of names to float
