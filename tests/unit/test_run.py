@@ -391,7 +391,7 @@ def test_laws_take_their_places(quick):
     ("laws", "words"),
     [
         ({"forces": weight}, "no law is called 'forces'; did you mean 'force'"),
-        ({"force": lambda x, v, t, p: (0.0, 0.0, 0.0)}, "must be decorated with @evolvent.law"),
+        ({"force": lambda x, v, t, p: (0.0, 0.0, 0.0)}, "a function that is no law; decorate it with @evolvent.law"),
         ({"force": (weight, "x")}, "they must be numbers"),
         ({"force": (weight,)}, "has 1 entries"),
         ({3: weight}, "no law is called 3; known: drive, event, force"),

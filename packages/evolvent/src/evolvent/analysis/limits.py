@@ -72,9 +72,12 @@ class Names:
     """
 
     def __init__(
-        self, start: Callable[[], Any], coordinates: Callable[[], Sequence[str]], parts: Callable[[], Mapping[str, Any]],
+        self,
+        start: Callable[[], Any],
+        coordinates: Callable[[], Sequence[str]],
+        parts: Callable[[], Mapping[str, Any]],
         who: str = "the design asks for",
-    ) -> None:  # fmt: skip
+    ) -> None:
         self._start, self.having_margins, self._parts, self._who = start, coordinates, parts, who
 
     @functools.cached_property
