@@ -371,9 +371,15 @@ def _by_name_mark(place: Located) -> SectionsByName | None:
 
 def member(values: Mapping[str, Any], name: str) -> str:
     """A name of checked sections: of one that stands for several, "hinge", the first of these, "hinge 1"."""
-    if name in values:
-        return name
-    return next((one for one in values if re.fullmatch(rf"{re.escape(name)} \d+", str(one))), name)
+    return next(iter(members(values, name)), name)
+
+
+def members(names: Iterable[Any], name: str) -> list[str]:
+    """What a name stands for: itself, or "rib 1", "rib 2" and so on where none of the names is "rib"; else nothing."""
+    known = [str(one) for one in names]
+    if name in known:
+        return [name]
+    return [one for one in known if re.fullmatch(rf"{re.escape(name)} [0-9]+", one)]
 
 
 def inner(place: Located, name: str, content: Any) -> Located:
@@ -503,7 +509,7 @@ def sentence(errors: Sequence[Any], kind: type[Section], *, before: str = "") ->
         case "literal_error":
             known = re.findall(r"'([^']*)'", context.get("expected", ""))
             if known:
-                field = _field(kind, first["loc"])
+                field = _field_at(kind, first["loc"])
                 others = next((mark.words for mark in marks(field) if isinstance(mark, Meant)), {}) if field else {}
                 word = others.get(str(value))
                 return f"{key} is {value!r}; {f'did you mean {word!r}?' if word else nearest(str(value), known)}"
@@ -520,7 +526,7 @@ def sentence(errors: Sequence[Any], kind: type[Section], *, before: str = "") ->
     return f"{key.rstrip('.')} is {shown(value)}; {message}"
 
 
-def _field(kind: type[Section], location: tuple[Any, ...]) -> FieldInfo | None:
+def _field_at(kind: type[Section], location: tuple[Any, ...]) -> FieldInfo | None:
     """Field of a key, where it is known."""
     here, choice = kind, None
     for part in location[:-1]:
@@ -535,7 +541,7 @@ def _field(kind: type[Section], location: tuple[Any, ...]) -> FieldInfo | None:
 
 def _wanted(kind: type[Section], location: tuple[Any, ...]) -> str:
     """What a missing key requires, where its annotation says so."""
-    last = _field(kind, location)
+    last = _field_at(kind, location)
     for annotation in marks(last) if last is not None else ():
         allowed = getattr(annotation, "allowed", None)
         if allowed:

@@ -110,6 +110,10 @@ class System(Composition, Answered):
             keys of a case beside its parts work as well: ``gravity.2``, ``simulate.until``. ``"hinge.stiffness"`` is
             that of ``"hinge 1"``, ``"hinge 2"`` and so on, where it is the same in all of them
 
+        Returns
+        -------
+        System, a copy; this one keeps its values
+
         Raises
         ------
         InputError

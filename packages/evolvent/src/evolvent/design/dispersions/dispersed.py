@@ -177,6 +177,10 @@ def evaluate(dataset: xr.Dataset, *, coverage: float = 0.95, confidence: float =
     coverage : share of all runs that a bound covers
     confidence : of bounds and intervals
 
+    Returns
+    -------
+    Dispersion
+
     Raises
     ------
     InputError

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 from typing import Annotated, Any
 
@@ -58,7 +59,7 @@ def _program(x: list[float], force: list[float], damping: float) -> list[float]:
         return (run.CONSTANT, value, run.MULTIPLY)
 
     found = [*compared(x[0], run.LESS), *times(force[0])]
-    for k, (low, high) in enumerate(zip(x[:-1], x[1:], strict=True)):
+    for k, (low, high) in enumerate(itertools.pairwise(x)):
         inside = (*compared(low, run.GREATER_EQUAL), *compared(high, run.LESS), run.MULTIPLY)
         slope = (force[k + 1] - force[k]) / (high - low)
         line = (*extension, run.CONSTANT, low, run.SUBTRACT, *times(slope), run.CONSTANT, force[k], run.ADD)
