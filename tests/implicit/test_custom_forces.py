@@ -295,7 +295,7 @@ def test_bad_parts() -> None:
     def energy_alone(t, x, v, p, f):  # type: ignore[no-untyped-def]
         return 0.0
 
-    words = r"element\.law: the law 'energy_alone' .* cannot be compiled as law\(t, x, v, parameters, f\) -> "
+    words = r"element\.law: the law 'energy_alone' .* returns 1 number; it must be law\(t, x, v, parameters, f\) -> "
     with pytest.raises(InputError, match=words):
         held(points=["mass"], law=energy_alone).assemble()
 
@@ -303,7 +303,7 @@ def test_bad_parts() -> None:
     def nothing(t, x, v, p, f):  # type: ignore[no-untyped-def]
         f[0] = 1.0
 
-    with pytest.raises(InputError, match=r"the law 'nothing' .* cannot be compiled as"):
+    with pytest.raises(InputError, match=r"the law 'nothing' .* returns nothing; it must be law"):
         held(points=["mass"], law=nothing).assemble()
 
 

@@ -30,14 +30,14 @@ class Form(NamedTuple):
     arguments : tuple of str, in the order in which compiled code gives them
     result : str, what they return, as in a signature
     returns : str, the same in words
-    count : int, how many numbers that is
+    numbers : int, how many that is
     time_first : whether the time may be the first argument as well
     """
 
     arguments: tuple[str, ...]
     result: str
     returns: str
-    count: int
+    numbers: int
     time_first: bool = False
 
     @property
@@ -198,7 +198,9 @@ class UserLaw:
             compiled = compilers.compile_law(signature, kept)
         except (NumbaError, TypeError) as error:
             returned = _returned(form, signature, self.py_func)
-            why = f"it returns {returned}; it must return {form.returns}" if returned else _one_line(str(error))
+            if returned:
+                raise InputError(f"{where}{describe_law(self)} returns {returned}; it must be {form.text}") from error
+            why = _one_line(str(error))
             raise InputError(f"{where}{describe_law(self)} cannot be compiled as {form.text}: {why}") from error
         if compiled.nopython_signatures[0].return_type != signature.return_type:  # numba infers none
             raise InputError(f"{where}{describe_law(self)} never returns a value; it must be {form.text}")
@@ -294,8 +296,10 @@ def _returned(form: Form, signature: Any, function: Callable) -> str:
     except Exception:  # noqa: BLE001  (it cannot be compiled for another reason, which is reported)
         return ""
     number = len(found) if isinstance(found, types.BaseTuple) else 1 if isinstance(found, types.Number) else 0
-    if number == form.count:
+    if number == form.numbers:
         return ""
+    if found == types.none:
+        return "nothing"
     return counted(number, "number") if number else f"a value of type {found}"
 
 
@@ -334,7 +338,7 @@ def try_law(
         raise InputError(
             f"{described} fails: {type(error).__name__}: {_what(law, arguments, error)}; {given} given"
         ) from error
-    if not all(math.isfinite(x) for x in values) or (kind and len(values) != FORMS[kind].count):
+    if not all(math.isfinite(x) for x in values) or (kind and len(values) != FORMS[kind].numbers):
         shown = values if isinstance(result, tuple) else values[0]
         raise InputError(
             f"{described} returns {shown}; it must return {FORMS[kind].returns if kind else 'finite numbers'}"
