@@ -214,7 +214,7 @@ def test_a_law_that_returns_too_many_numbers_is_named() -> None:
 
 def test_a_law_that_is_not_finite_at_the_start_is_named() -> None:
     words = (
-        r"'spring' at t = 0 s: the expression 'sqrt\(t-1\)' returns nan; it must return one finite number, the tension"
+        r"'spring' at t = 0 s: the expression 'sqrt\(t-1\)' returns nan; it must return one finite number, the force"
     )
     with pytest.raises(InputError, match=words):
         on_spring(law="sqrt(t-1)").simulate(until=1.0, method="dopri5")
