@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import parts, spring_law
+from evolvent import law, parts
 from evolvent.analysis.system import System
 from evolvent.assembly.assembled import Assembly
 from evolvent.solvers import Solution, solve
@@ -174,7 +174,7 @@ CHAIN_MASS, CHAIN_STIFFNESS, CHAIN_DAMPING, CHAIN_GAP, CHAIN_STEP = 0.1, 1e3, 0.
 GRAVITY = (0.0, 0.0, -9.81)
 
 
-@spring_law
+@law
 def linear(extension, rate, t, p):
     """The built-in spring-damper as a user would write it."""
     return p[0] * extension + p[1] * rate

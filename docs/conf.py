@@ -1,7 +1,9 @@
 """Sphinx configuration; `python3 start.py docs` builds, docs/_build/html/index.html is the front page.
 
 Nothing is fetched, neither by the build nor by a reader's browser: MathJax lies beside the pages in one file, with its
-fonts, and the theme brings its own. (MathML needs no script, but many systems have no font for it.)
+fonts, and the theme brings its own. (MathML needs no script, but many systems have no font for it.) With the
+environment variable EVOLVENT_INTERSPHINX, as in the project's workflow, inventories of other packages are fetched, and
+their names in docstrings are links.
 """
 
 import importlib.metadata
@@ -52,6 +54,16 @@ extensions = [
     "reference",
     "links",
 ]
+if os.environ.get("EVOLVENT_INTERSPHINX"):
+    extensions.append("sphinx.ext.intersphinx")
+    intersphinx_timeout = 30
+    intersphinx_mapping = {
+        "python": ("https://docs.python.org/3", None),
+        "numpy": ("https://numpy.org/doc/stable", None),
+        "scipy": ("https://docs.scipy.org/doc/scipy", None),
+        "xarray": ("https://docs.xarray.dev/en/stable", None),
+        "matplotlib": ("https://matplotlib.org/stable", None),
+    }
 exclude_patterns = [
     "_build",
     "_ext",
@@ -67,7 +79,7 @@ default_role = "py:obj"
 nitpicky = True
 nitpick_ignore_regex = [
     ("py:obj", ".*"),
-    # other packages' classes, for no inventories are fetched, and types that a user never writes
+    # other packages' classes, whose inventories are not always there, and types that a user never writes
     ("py:class", r"(?!evolvent).*"),
     (
         "py:class",

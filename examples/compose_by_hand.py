@@ -11,12 +11,12 @@ A spinning body, a reel, a thread, and a user-defined law of drag on the thread:
 import matplotlib.pyplot as plt
 import numpy as np
 
-from evolvent import System, force_law, parts
+from evolvent import System, law, parts
 from evolvent.solvers import solve
 from evolvent.solvers.common.observations import observe
 
 
-@force_law
+@law
 def drag(x, v, t, parameters):
     """Drag across all directions, in proportion to the velocity, N/m."""
     coefficient = parameters[0]

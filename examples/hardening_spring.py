@@ -13,13 +13,13 @@ import matplotlib.pyplot as plt
 import numpy as np
 from scipy.integrate import quad
 
-from evolvent import System, parts, spring_law
+from evolvent import System, law, parts
 from evolvent.solvers import solve
 
 MASS, LINEAR, CUBIC = 0.2, 50.0, 2000.0
 
 
-@spring_law
+@law
 def hardening(extension, rate, t, p):
     """Tension (N) of a spring with a linear and a cubic stiffness."""
     return p[0] * extension + p[1] * extension**3

@@ -14,7 +14,7 @@ import matplotlib.pyplot as plt
 import evolvent
 
 
-@evolvent.drive_law
+@evolvent.law
 def half_then_full(t, parameters):
     """Half the rate up to the time given, then the full rate, joined by a straight ramp of 2 s."""
     rate, time = parameters

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from evolvent import InputError, System, elements, event_law, parts, spring_law
+from evolvent import InputError, System, elements, law, parts
 from evolvent.families.events.part import _turned
 from evolvent.parts.base import Part
 from evolvent.solvers import solve
@@ -19,12 +19,12 @@ K, K3, C = 10.0, 4.0, 0.1
 TEXT, CONSTANTS = "k*x + k3*x**3 + c*v + where(t < 0.7, 0, 0.2)", {"k": K, "k3": K3, "c": C}
 
 
-@spring_law
+@law
 def hardening(extension, rate, t, p):  # type: ignore[no-untyped-def]
     return p[0] * extension + p[1] * extension**3 + p[2] * rate + (0.0 if t < 0.7 else 0.2)
 
 
-@event_law
+@law
 def never(t, y, p):  # type: ignore[no-untyped-def]
     return -1.0
 
@@ -41,8 +41,8 @@ def oscillator(**law: Any) -> System:
 @pytest.mark.parametrize("method", ["rk4", "dopri5", "generalized-alpha"])
 def test_spring_as_by_a_python_law(method: str) -> None:
     found = []
-    for law in ({"law": hardening, "parameters": (K, K3, C)}, {"law": TEXT, "constants": CONSTANTS}):
-        assembly, t = oscillator(**law).assemble(), np.linspace(0.0, 3.0, 7)
+    for keys in ({"law": hardening, "parameters": (K, K3, C)}, {"law": TEXT, "constants": CONSTANTS}):
+        assembly, t = oscillator(**keys).assemble(), np.linspace(0.0, 3.0, 7)
         if method == "generalized-alpha":
             found.append(solve_implicit(assembly, samples=t, step=0.01))
         else:
@@ -169,6 +169,6 @@ SPRINGS: dict[str, tuple[dict[str, Any], str]] = {
 
 @pytest.mark.parametrize("kind", SPRINGS)
 def test_refused_springs(kind: str) -> None:
-    law, message = SPRINGS[kind]
+    keys, message = SPRINGS[kind]
     with pytest.raises(InputError, match=message):
-        solve(oscillator(**law).assemble(), samples=[0.0, 1.0], method="rk4", step=0.01)
+        solve(oscillator(**keys).assemble(), samples=[0.0, 1.0], method="rk4", step=0.01)

@@ -16,12 +16,12 @@ from helpers import fitted_order, rotation, run
 G = 9.81
 
 
-@evolvent.event_law
+@evolvent.law
 def rises(t, y, parameters):  # type: ignore[no-untyped-def]
     return y[int(parameters[0])]
 
 
-@evolvent.event_law
+@evolvent.law
 def falls(t, y, parameters):  # type: ignore[no-untyped-def]
     return -y[int(parameters[0])]
 

@@ -32,10 +32,11 @@ def counted(self, *given):
 compiled._Store.save_overload = counted
 jit._compile_aside = lambda functions: None
 from evolvent.kernels import rigid
-@laws.spring_law
+@laws.law
 def force(x, v, t, p):
     '''A law.'''
     return -2.0 * x
+force.of("force")
 jit.load([one for one in jit.functions() if one.py_func.__module__ == rigid.__name__][:2])
 print(*sorted(name for name in own), sep="\\n")
 """

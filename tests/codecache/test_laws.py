@@ -156,7 +156,7 @@ LAWS = {
     "drive": ("def law(t, p):\n    return K, 0.0, 0.0", (0.0, P)),
     "event": ("def law(t, y, p):\n    return K", (0.0, P, P)),
     "element": ("def law(t, x, v, p, f):\n    return K, 0.0", (0.0, P, P, P, P)),
-    "motor": ("def law(t, x, v, p):\n    return K", (0.0, 0.0, 0.0, P)),
+    "spring, time first": ("def law(t, x, v, p):\n    return K", (0.0, 0.0, 0.0, P)),
     "force, time first": ("def law(t, x, v, p):\n    return K, 0.0, 0.0", (np.zeros(3), np.zeros(3), 0.0, P)),
 }
 
@@ -165,7 +165,7 @@ def made(name: str, k: float):
     """A law of a kind, whose global is k."""
     space = {"K": k, "__name__": __name__}
     exec(compile(LAWS[name][0], "written.py", "exec"), space)
-    return getattr(laws, f"{name.partition(',')[0]}_law")(space["law"])
+    return laws.law(space["law"]).of(name.partition(",")[0])
 
 
 @pytest.mark.slow
@@ -252,7 +252,7 @@ def test_a_law_has_the_values_of_its_helpers_globals(tmp_path, monkeypatch, thro
             one(1.0)  # as of the first pass
         space = {**vars(helpers), "helpers": helpers, "__name__": __name__}
         exec(compile(f"def law(x, v, t, p):\n    return {THROUGH[through]}", "written.py", "exec"), space)
-        law = laws.spring_law(space["law"])
+        law = laws.law(space["law"]).of("spring")
         assert law(1.0, 0.0, 0.0, P) == k
     hits = sum(law.stats.cache_hits.values())
     assert hits == (0 if through == "recursive" else 1)  # stored code that calls itself ends the process (numba 0.68)
@@ -267,12 +267,13 @@ def test_a_plain_function_with_an_implementation_for_numba_is_not_stored(tmp_pat
     def helper(x):
         return 2.0 * x
 
-    @laws.spring_law
+    @laws.law
     def law(x, v, t, p):
         return helper(x)
 
-    assert law(1.0, 0.0, 0.0, P) == 2.0
-    assert not law._cache._digest
+    compiled = law.of("spring")
+    assert compiled(1.0, 0.0, 0.0, P) == 2.0
+    assert not compiled._cache._digest
     assert list(tmp_path.rglob("*.nbc")) == []
 
 
@@ -296,7 +297,7 @@ def test_only_the_last_laws_of_a_name_are_kept(tmp_path, monkeypatch):
 
     monkeypatch.setattr(compiled.LawCache, "most", 2)
     for k in (1.0, 2.0, 3.0):
-        made("motor", k)
+        made("spring", k)
     assert len(list(tmp_path.rglob("*.nbc"))) == 2
 
 
@@ -314,11 +315,12 @@ for word in sys.argv[1:]:
     def helper(x):
         return K * x
 
-    @evolvent.spring_law
+    @evolvent.law
     def law(x, v, t, p):
         return K * x + helper(x) - K * x
 
-    found.append([law(1.0, 0.0, 0.0, np.zeros(1)), sum(law.stats.cache_hits.values())])
+    compiled = law.of("spring")
+    found.append([compiled(1.0, 0.0, 0.0, np.zeros(1)), sum(compiled.stats.cache_hits.values())])
 
 system = evolvent.System()
 system.add(evolvent.parts.Point(mass=1.0, position=(2.0, 0.0, 0.0)), "ball")

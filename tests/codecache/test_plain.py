@@ -68,13 +68,14 @@ def test_plain_numba_compiles_kernels_calls_by_address_and_laws(tmp_path):
         assert second(3.0, Holder(values=np.array([0.5, 0.25]))) == 6.75
         assert jit.loaded_late == [first]
 
-        @evolvent.spring_law
+        @evolvent.law
         def law(x, v, t, p):
             return p[0] * math.sin(x)
 
-        slope = laws.law_address(law, "spring")
-        assert law(0.5, 0.0, 0.0, np.array([8.0])) == 8.0 * math.sin(0.5)
-        assert law.slope(0.5, 1.0, 0.0, 0.0, 0.0, np.array([8.0])) == 8.0 * math.cos(0.5)
+        compiled = law.of("spring")
+        slope = laws.law_address(compiled, "spring")
+        assert compiled(0.5, 0.0, 0.0, np.array([8.0])) == 8.0 * math.sin(0.5)
+        assert compiled.slope(0.5, 1.0, 0.0, 0.0, 0.0, np.array([8.0])) == 8.0 * math.cos(0.5)
         assert PLAIN and slope
         assert not {"compilers", "codecache.compiled", "codecache.snapshots"} & {
             name.removeprefix("evolvent.compiled.") for name in sys.modules

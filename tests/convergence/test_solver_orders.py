@@ -197,7 +197,7 @@ def test_error_follows_the_tolerance() -> None:
     assert fitted_order(1.0 / np.array(costs), errors) > 4.85
 
 
-@evolvent.event_law
+@evolvent.law
 def falls_below(t, y, parameters):  # type: ignore[no-untyped-def]
     return parameters[1] - y[int(parameters[0])]
 

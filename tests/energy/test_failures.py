@@ -8,7 +8,7 @@ import re
 import numpy as np
 import pytest
 
-from evolvent import RunFailed, System, elements, parts, spring_law
+from evolvent import RunFailed, System, elements, law, parts
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.time import pace
 from evolvent.solvers.time.implicit.energy_momentum import solve_energy
@@ -16,13 +16,13 @@ from evolvent.solvers.time.implicit.energy_momentum import solve_energy
 METHOD = "energy-momentum"
 
 
-@spring_law
+@law
 def jumping(extension, rate, t, p):  # type: ignore[no-untyped-def]
     """A dry friction that has no value at rest, where steps become ever smaller."""
     return 10.0 if rate > 0.0 else -10.0
 
 
-@spring_law
+@law
 def broken(extension, rate, t, p):  # type: ignore[no-untyped-def]
     return math.nan if t > 0.052 else 10.0 * extension
 

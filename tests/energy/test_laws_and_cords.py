@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from evolvent import System, element_law, parts
+from evolvent import System, law, parts
 from evolvent.solvers import solve
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.time.implicit.energy_momentum import solve_energy
@@ -53,7 +53,7 @@ def test_a_law_does_the_work_that_it_states(step: float) -> None:
     assert np.abs(found.momentum.drift_angular).max() < 2e-8 * np.abs(found.momentum.angular).max()
 
 
-@element_law
+@law
 def overstated(t, x, v, parameters, f):
     """A spring along x that states twice its energy."""
     f[0] = -parameters[0] * x[0]

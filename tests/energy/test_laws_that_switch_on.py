@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from evolvent import System, element_law, motor_law, parts
+from evolvent import System, law, parts
 from evolvent.equations.energy_momentum import measure, residual, tangent
 from evolvent.solvers.static.work import sparse_of
 from evolvent.solvers.time.implicit.energy_momentum import plan
@@ -16,14 +16,14 @@ WALLS = "where({0} > 0.5, -k*({0} - 0.5), where({0} < -0.5, -k*({0} + 0.5), 0))"
 K = {"k": 5e3}
 
 
-@element_law
+@law
 def walls(t, x, v, parameters, f):
     over = max(x[0] - 0.5, 0.0) + min(x[0] + 0.5, 0.0)
     f[0] = -parameters[0] * over
     return 0.5 * parameters[0] * over * over, 0.0
 
 
-@motor_law
+@law
 def jumps(t, x, v, parameters):
     return -parameters[0] if x > 0.05 else 0.0
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from evolvent import System, parts, spring_law
+from evolvent import System, law, parts
 from evolvent.equations import energy_momentum as flow
 from evolvent.solvers.common.matrices import matrix_of
 from evolvent.solvers.static.work import sparse_of
@@ -13,7 +13,7 @@ from evolvent.solvers.time.implicit import energy_momentum
 from evolvent.solvers.time.implicit.energy_momentum import solve_energy
 
 
-@spring_law
+@law
 def damped(extension, rate, t, p):
     return p[0] * extension + p[1] * extension**3 + p[2] * rate
 

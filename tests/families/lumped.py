@@ -133,7 +133,7 @@ def free_body() -> Case:
     )  # fmt: skip
 
 
-@evolvent.element_law
+@evolvent.law
 def tie(t, x, v, p, f):  # type: ignore[no-untyped-def]
     """A spring without length between two places."""
     energy = 0.0
@@ -621,7 +621,7 @@ def profile() -> Case:
     )  # fmt: skip
 
 
-@evolvent.event_law
+@evolvent.law
 def falls_below(t, y, parameters):  # type: ignore[no-untyped-def]
     """Rises through zero where the first coordinate falls below a level."""
     return parameters[0] - y[0]

@@ -44,12 +44,12 @@ def enter(
     return entered
 
 
-@evolvent.spring_law
+@evolvent.law
 def rubbing(extension, rate, t, p):  # type: ignore[no-untyped-def]
     return p[0] * extension + p[1] * extension**3 + p[2] * rate * abs(rate)
 
 
-@evolvent.element_law
+@evolvent.law
 def coupled(t, x, v, p, f):  # type: ignore[no-untyped-def]
     """A spring and a damper along the line between two points."""
     length = 0.0

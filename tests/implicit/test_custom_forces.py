@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 
-from evolvent import InputError, System, element_law, parts
+from evolvent import InputError, System, law, parts
 from evolvent.results.observe import observe
 from evolvent.solvers import Solution, solve
 from evolvent.solvers.modal.modes import modes
@@ -22,7 +22,7 @@ from implicit.test_tangent import beam, bodies, disturbed, worst
 Array = np.ndarray
 
 
-@element_law
+@law
 def spring(t, x, v, p, f):  # type: ignore[no-untyped-def]
     """Stiffness, damping and length of a spring between two points."""
     dx, dy, dz = x[3] - x[0], x[4] - x[1], x[5] - x[2]
@@ -35,7 +35,7 @@ def spring(t, x, v, p, f):  # type: ignore[no-untyped-def]
     return 0.5 * p[0] * (length - p[2]) ** 2, p[1] * rate * rate
 
 
-@element_law
+@law
 def membrane(t, x, v, p, f):  # type: ignore[no-untyped-def]
     """A triangle that resists changes of its area: c (A - A0)^2/2."""
     ax, ay, az = x[3] - x[0], x[4] - x[1], x[5] - x[2]
@@ -177,7 +177,7 @@ def test_explicit_and_implicit_agree() -> None:
         assert np.abs(found.y[:, :n] - exact.y[:, :n]).max() < 1e-4
 
 
-@element_law
+@law
 def push(t, x, v, p, f):  # type: ignore[no-untyped-def]
     """A force that follows the point's velocity and gives it energy."""
     power = 0.0
@@ -225,19 +225,19 @@ def test_a_part_from_outside() -> None:
 # ------------------------------------------------------------------------------------------------ refusals
 
 
-@element_law
+@law
 def too_far(t, x, v, p, f):  # type: ignore[no-untyped-def]
     f[7] = 1.0
     return 0.0, 0.0
 
 
-@element_law
+@law
 def not_finite(t, x, v, p, f):  # type: ignore[no-untyped-def]
     f[0] = p[0] / (x[0] - x[0])
     return 0.0, 0.0
 
 
-@element_law
+@law
 def late(t, x, v, p, f):  # type: ignore[no-untyped-def]
     if t > 0.5:
         raise ValueError("the table ends")
@@ -253,12 +253,12 @@ def held(**fields: Any) -> System:
 
 @pytest.mark.slow
 def test_bad_laws() -> None:
-    for law, parameters, words in (
+    for one, parameters, words in (
         (too_far, (), r"'element' at t = 0 s: the law 'too_far' \(.*\) fails: IndexError: .*; 0 parameters are given"),
         (spring, (), r"'element' at t = 0 s: the law 'spring' .* fails: .*0 parameters are given"),
         (not_finite, (1.0,), r"the law 'not_finite' .* writes \[.*\] to f; forces must be finite numbers"),
     ):
-        system = held(points=["mass", (1.0, 0.0, 0.0)], law=law, parameters=parameters)
+        system = held(points=["mass", (1.0, 0.0, 0.0)], law=one, parameters=parameters)
         for run in (
             lambda system=system: solve(system.assemble(), samples=[0.0, 1.0], method="dopri5"),
             lambda system=system: solve_implicit(system.assemble(), samples=[0.0, 1.0]),
@@ -286,24 +286,28 @@ def test_bad_parts() -> None:
         held(points=["mass"]).assemble()
     with pytest.raises(InputError, match=r"'moss'.*did you mean 'mass'"):
         held(points=["mass", "moss"], law=late).assemble()
-    with pytest.raises(InputError, match=r"CustomForce.law is 'x'; it must be a function under @evolvent.element_law"):
+    with pytest.raises(InputError, match=r"CustomForce.law is 'x'; it must be a function under @evolvent.law"):
         parts.CustomForce(points=["mass"], law="x")
-    with pytest.raises(InputError, match=r"must be decorated with @evolvent.element_law"):
+    with pytest.raises(InputError, match=r"a function that is no law; decorate it with @evolvent\.law"):
         held(points=["mass"], law=lambda t, x, v, p, f: (0.0, 0.0)).assemble()
-    with pytest.raises(InputError, match=r"cannot be compiled as \(t, x, v, parameters, f\) -> \(energy, power\)"):
 
-        @element_law
-        def energy_alone(t, x, v, p, f):  # type: ignore[no-untyped-def]
-            return 0.0
+    @law
+    def energy_alone(t, x, v, p, f):  # type: ignore[no-untyped-def]
+        return 0.0
 
-    with pytest.raises(InputError, match=r"the law 'nothing' .* cannot be compiled as"):
+    words = r"element\.law: the law 'energy_alone' .* returns 1 number; it must be law\(t, x, v, parameters, f\) -> "
+    with pytest.raises(InputError, match=words):
+        held(points=["mass"], law=energy_alone).assemble()
 
-        @element_law
-        def nothing(t, x, v, p, f):  # type: ignore[no-untyped-def]
-            f[0] = 1.0
+    @law
+    def nothing(t, x, v, p, f):  # type: ignore[no-untyped-def]
+        f[0] = 1.0
+
+    with pytest.raises(InputError, match=r"the law 'nothing' .* returns nothing; it must be law"):
+        held(points=["mass"], law=nothing).assemble()
 
 
-@element_law
+@law
 def pull(t, x, v, p, f):  # type: ignore[no-untyped-def]
     f[0] -= x[0]
     return 0.5 * x[0] ** 2, 0.0

@@ -201,7 +201,7 @@ def test_equilibrium_and_modes_with_friction_that_sticks() -> None:
 # ------------------------------------------------------------------------------------------------ motors
 
 
-@evolvent.motor_law
+@evolvent.law
 def speed_control(t, x, v, p):  # type: ignore[no-untyped-def]
     """Torque in proportion to the rate that is missing."""
     return p[0] * (p[1] - v)
@@ -428,6 +428,6 @@ def test_refusals() -> None:
     refused("spring.b is missing", spring=parts.JointSpring(a="ground"))
     with pytest.raises(InputError, match=r"\(t, x, v, parameters\) -> torque"):
 
-        @evolvent.motor_law
+        @evolvent.law
         def short(t, x):  # type: ignore[no-untyped-def]
             return t * x

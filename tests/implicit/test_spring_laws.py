@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from evolvent import Stepper, System, parts, spring_law
+from evolvent import Stepper, System, law, parts
 from evolvent.solvers import solve
 from evolvent.solvers.modal.modes import modes
 from evolvent.solvers.static.static import solve_static
@@ -16,12 +16,12 @@ from evolvent.solvers.time.implicit.plan import solve_implicit
 MASS, LINEAR, CUBIC, G, DAMPING = 0.2, 50.0, 200.0, 9.81, 0.05
 
 
-@spring_law
+@law
 def hardening(extension, rate, t, p):
     return p[0] * extension + p[1] * extension**3
 
 
-@spring_law
+@law
 def damped(extension, rate, t, p):
     return p[0] * extension + p[1] * extension**3 + p[2] * rate
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from evolvent import System, parts, spring_law
+from evolvent import System, law, parts
 from evolvent.assembly.assembled import Assembly
 from evolvent.parts.base import unit
 from implicit.rigs import RUBBER, SQUARE, Equations, start_step
@@ -124,7 +124,7 @@ def test_joints_between_bodies_and_points(kind: str, stiffness: float, rng: np.r
     assert worst(equations, la) < 1e-7
 
 
-@spring_law
+@law
 def hardening(extension, rate, t, p):
     return p[0] * extension + p[1] * extension**3
 

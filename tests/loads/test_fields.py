@@ -243,7 +243,7 @@ def test_energy_momentum_keeps_the_balance_exactly() -> None:
 
 @pytest.mark.slow
 def test_a_python_law_and_files(tmp_path: Any) -> None:
-    @evolvent.force_law
+    @evolvent.law
     def drag(x: Any, v: Any, t: float, p: Any) -> tuple[float, float, float]:
         return -p[0] * v[0], -p[0] * v[1], -p[0] * v[2]
 
@@ -265,7 +265,7 @@ def test_a_python_law_and_files(tmp_path: Any) -> None:
     assert evolvent.load(path).parts["orbit"] == read.parts["orbit"]
 
 
-@evolvent.force_law
+@evolvent.law
 def broken(x: Any, v: Any, t: float, p: Any) -> tuple[float, float, float]:
     return p[3], 0.0, 0.0
 
@@ -297,6 +297,6 @@ def test_refusals() -> None:
     refused("'f0' at t = 0 s: the law 'broken'", parts.Field(law=broken), call="simulate", until=1.0)
     with pytest.raises(InputError, match="cannot be compiled as"):
 
-        @evolvent.force_law
+        @evolvent.law
         def short(x: Any, v: Any) -> tuple[float, float, float]:
             return 0.0, 0.0, 0.0

@@ -100,7 +100,7 @@ def test_a_follower_force(book: Book) -> None:
     )  # fmt: skip
 
 
-@evolvent.force_law
+@evolvent.law
 def spring(x: Any, v: Any, t: float, p: Any) -> tuple[float, float, float]:
     return -p[0] * x[0] - p[1] * v[0], -p[0] * x[1] - p[1] * v[1], -p[0] * x[2] - p[1] * v[2]
 
@@ -261,7 +261,7 @@ def test_refusals() -> None:
     )
 
 
-@evolvent.force_law
+@evolvent.law
 def pulsed(t: float, x: Any, v: Any, parameters: Any) -> tuple[float, float, float]:
     return parameters[0] * t, -parameters[1] * x[1], 0.0
 

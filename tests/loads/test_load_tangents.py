@@ -104,7 +104,7 @@ def off(pairs: tuple[Assembly, Assembly], rng: np.random.Generator, method: str)
     return float(np.abs(found - exact).max() / max(np.abs(exact).max(), 1.0))
 
 
-@evolvent.torque_law
+@evolvent.law
 def turning(t: float, x: Array, R: Array, w: Array, p: Array) -> tuple[float, float, float]:
     """`TURNING` in Python."""
     return (

@@ -108,7 +108,7 @@ def test_a_point_fixed_to_a_body() -> None:
     close(found.of("ball", "force")[INNER][4:], wanted[4:], part=2e-3)
 
 
-@evolvent.spring_law
+@evolvent.law
 def hardening(extension, rate, t, p):
     return p[0] * extension + p[1] * extension**3 + p[2] * rate
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from evolvent import event_law, parts
+from evolvent import law, parts
 from evolvent.analysis.system import System
 from evolvent.solvers import solve
 from evolvent_base.errors import InputError
 
 
-@event_law
+@law
 def at_time(t, y, p):
     return t - p[0]
 
@@ -132,7 +132,7 @@ def test_copies_refuse_what_they_do_not_share() -> None:
         system.assemble()
 
 
-@event_law
+@law
 def passes(t, y, p):
     return np.sin(2.0 * np.pi * p[0] * t - 1.0)
 

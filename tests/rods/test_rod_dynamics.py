@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from book import Book
-from evolvent import System, drive_law, parts
+from evolvent import System, law, parts
 from evolvent.elements import Material, Rectangle
 from evolvent.equations.implicit import momenta
 from evolvent.kernels.rigid import kinematics
@@ -70,7 +70,7 @@ def test_flexible_pendulum_at_large_strain(book: Book) -> None:
         )  # fmt: skip
 
 
-@drive_law
+@law
 def spin_up(t, parameters):  # type: ignore[no-untyped-def]
     """6 rad/s in 15 s: rate (6/15) [t - 15/(2 pi) sin(2 pi t/15)] (Simo & Vu-Quoc 1986)."""
     rate, end = parameters[0], parameters[1]

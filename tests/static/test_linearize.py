@@ -12,7 +12,7 @@ import scipy.signal
 from numpy.testing import assert_allclose
 from scipy.optimize import brentq
 
-from evolvent import InputError, System, parts, spring_law
+from evolvent import InputError, System, law, parts
 from evolvent.assembly.assembled import Assembly
 from evolvent.elements import Material, Rectangle
 from evolvent.parts.base import unit
@@ -209,7 +209,7 @@ def test_gyroscopic_poles_are_those_of_the_modes():
 # ------------------------------------------------------------------------------------------------ in time
 
 
-@spring_law
+@law
 def shaker(extension, rate, t, p):
     return p[0] * math.sin(p[1] * t)
 

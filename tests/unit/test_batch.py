@@ -116,7 +116,7 @@ def test_variants_are_copies_of_one_run_with_the_bits_of_single_ones(system: Sys
             assert np.array_equal(found[name.replace(".", "_")].values[k], alone[name]), (k, name)
 
 
-@evolvent.spring_law
+@evolvent.law
 def brittle(extension, rate, t, p):  # type: ignore[no-untyped-def]
     if extension > 0.455:
         raise ValueError("the spring broke")

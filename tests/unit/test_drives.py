@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from evolvent import InputError, System, drive_law, parts
+from evolvent import InputError, System, law as user_law, parts
 from evolvent.assembly.builder import Builder
 from evolvent.parts import law
 from evolvent.parts.base import Part
@@ -22,7 +22,7 @@ class Holder(Part):
     path: law.PathDrive | None = None
 
 
-@drive_law
+@user_law
 def steady(t, p):  # type: ignore[no-untyped-def]
     return p[0] * t, p[0], 0.0
 

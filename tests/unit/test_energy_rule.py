@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from evolvent import RunFailed, System, element_law, parts
+from evolvent import RunFailed, System, law, parts
 from evolvent.solvers import solve
 from evolvent.solvers.common import balance as eb
 from evolvent.solvers.time.implicit.energy_momentum import solve_energy
@@ -122,14 +122,14 @@ def test_loops_see_what_samples_show() -> None:
 # ------------------------------------------------------------------------------------------------ laws between points
 
 
-@element_law
+@law
 def thrust(t, x, v, p, f):  # type: ignore[no-untyped-def]
     """A constant force, without an energy."""
     f[0] += p[0]
     return 0.0, 0.0
 
 
-@element_law
+@law
 def field(t, x, v, p, f):  # type: ignore[no-untyped-def]
     """A spring to the origin: its energy times p[1], and p[2] more."""
     energy = 0.0
@@ -139,7 +139,7 @@ def field(t, x, v, p, f):  # type: ignore[no-untyped-def]
     return p[1] * energy + p[2], 0.0
 
 
-@element_law
+@law
 def dipole(t, x, v, p, f):  # type: ignore[no-untyped-def]
     """A needle from point to point in a field along x: U = -m B (x1 - x0)."""
     f[0] -= p[0]

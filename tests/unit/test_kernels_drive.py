@@ -16,7 +16,7 @@ from evolvent.kernels import drive as kernels
 H = 1e-4
 
 
-@laws.drive_law
+@laws.law
 def swinging(t, p):
     """phi = p0 t + p1 sin(p2 t)."""
     return (

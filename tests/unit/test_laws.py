@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numba import config
 
-from evolvent import InputError, RunFailed, Stepper, System, drive_law, event_law, force_law, parts, spring_law
+from evolvent import InputError, RunFailed, Stepper, System, law, parts
 from evolvent.solvers import solve
 from evolvent.solvers.modal.modes import modes
 from evolvent.solvers.static.static import solve_static
@@ -18,58 +18,58 @@ HERE = r"\(.*test_laws\.py:\d+\)"
 METHODS = ["rk4", "heun", "dopri5", "generalized-alpha"]
 
 
-@spring_law
+@law
 def short_spring(extension, rate, t, p):
     return p[0] * extension + p[2] * rate
 
 
-@spring_law
+@law
 def brittle(extension, rate, t, p):
     if extension > p[0]:
         raise ValueError("the spring broke")
     return 0.1 + 0.0 * extension
 
 
-@spring_law
+@law
 def stepwise(extension, rate, t, p):
     return p[int(4.0 * t)]
 
 
-@force_law
+@law
 def short_force(x, v, t, p):
     return p[0], p[1], p[2]
 
 
-@force_law
+@law
 def gust(x, v, t, p):
     if t > p[0]:
         raise ValueError("no wind data beyond this time")
     return 0.0, p[1], 0.0
 
 
-@drive_law
+@law
 def short_drive(t, p):
     return p[0] + p[1] * t, p[1], 0.0
 
 
-@drive_law
+@law
 def until(t, p):
     if t > p[0]:
         raise ValueError("the table ends")
     return p[1] + p[2] * t, p[2], 0.0
 
 
-@event_law
+@law
 def short_event(t, y, p):
     return y[0] - p[1]
 
 
-@event_law
+@law
 def far_state(t, y, p):
     return y[1000] - p[0]
 
 
-@event_law
+@law
 def late(t, y, p):
     if t > p[0]:
         raise ValueError("no event is known")
@@ -173,7 +173,7 @@ def test_a_law_that_raises_in_a_run_ends_it_and_keeps_what_was_computed(system, 
 def test_a_drive_law_with_a_gap_fails_there():
     """It has values at both ends, but not in between: for joints and reels."""
 
-    @drive_law
+    @law
     def gap(t, p):
         if 0.5 < t < 0.6:
             raise ValueError("no rate is known")
@@ -193,7 +193,7 @@ def test_a_law_that_only_raises_is_refused_where_it_is_written():
 
     if config.DISABLE_JIT:
         with pytest.raises(InputError, match="NotImplementedError: to do"):
-            ran(on_spring(spring_law(never)), "rk4")
+            ran(on_spring(law(never)), "rk4")
         return
 
     def never_event(t, y, p):
@@ -206,10 +206,10 @@ def test_a_law_that_only_raises_is_refused_where_it_is_written():
     def never_force(x, v, t, p):
         raise ValueError
 
-    laws = ((spring_law, never), (event_law, never_event), (drive_law, never_drive), (force_law, never_force))
-    for decorator, law in laws:
-        with pytest.raises(InputError, match=rf"the law '{law.__name__}' {HERE} never returns a value; it must be \("):
-            decorator(law)
+    for kind, one in (("spring", never), ("event", never_event), ("drive", never_drive), ("force", never_force)):
+        words = rf"^a\.law: the law '{one.__name__}' {HERE} never returns a value; it must be law\("
+        with pytest.raises(InputError, match=words):
+            law(one).of(kind, "a.law")
 
 
 def hung(law, *parameters: float) -> System:
@@ -219,7 +219,7 @@ def hung(law, *parameters: float) -> System:
     return system
 
 
-@spring_law
+@law
 def torn(extension, rate, t, p):
     if extension > p[1]:
         raise ValueError("the spring broke")

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from evolvent import InputError, System, cases, elements, force_law, parts
+from evolvent import InputError, System, cases, elements, law, parts
 from evolvent.design.studies.axes import annotation
 from evolvent.parts.base import Part
 
@@ -15,7 +15,7 @@ ROWS = [(0, 0), (1, 0.2)]
 Y = (0, 1, 0)
 
 
-@force_law
+@law
 def drag(x, v, t, p):  # type: ignore[no-untyped-def]
     return -p[0] * v[0], -p[0] * v[1], -p[0] * v[2]
 
@@ -214,7 +214,7 @@ REFUSED: dict[str, tuple[Any, str]] = {
     ),
     "law: undecorated": (
         lambda: parts.Load(along="blade", law=lambda x, v, t, p: (0.0, 0.0, 0.0)),
-        "@evolvent.force_law",
+        "@evolvent.law",
     ),
 }
 

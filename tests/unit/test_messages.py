@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import evolvent
-from evolvent import InputError, RunFailed, Stepper, System, parts, spring_law
+from evolvent import InputError, RunFailed, Stepper, System, law, parts
 from evolvent.solvers import solve
 from evolvent.solvers.modal.modes import modes
 from evolvent.solvers.static.static import solve_static
@@ -93,7 +93,7 @@ def test_a_case_names_keys():
         Stepper.of_case("heliogyro", quick | {"solver.step": 1.0})
 
 
-@spring_law
+@law
 def jumping(extension, rate, t, p):
     return p[0] if extension > 0.0 else -p[0]
 

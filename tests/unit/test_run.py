@@ -351,24 +351,24 @@ def test_what_cannot_be_run_is_refused(overrides, words):
         assert word in str(caught.value)
 
 
-@evolvent.force_law
+@evolvent.law
 def weight(x, v, t, parameters):
     return 0.0, 0.0, -parameters[0]
 
 
-@evolvent.force_law
+@evolvent.law
 def fails(x, v, t, parameters):
     if t > 0.5:
         raise ValueError("no force is known beyond half a second")
     return 0.0, 0.0, 0.0
 
 
-@evolvent.drive_law
+@evolvent.law
 def steady(t, parameters):
     return parameters[0] * t, parameters[0], 0.0
 
 
-@evolvent.event_law
+@evolvent.law
 def at_time(t, y, parameters):
     return t - parameters[0]
 
@@ -391,7 +391,7 @@ def test_laws_take_their_places(quick):
     ("laws", "words"),
     [
         ({"forces": weight}, "no law is called 'forces'; did you mean 'force'"),
-        ({"force": lambda x, v, t, p: (0.0, 0.0, 0.0)}, "must be decorated with @evolvent.force_law"),
+        ({"force": lambda x, v, t, p: (0.0, 0.0, 0.0)}, "a function that is no law; decorate it with @evolvent.law"),
         ({"force": (weight, "x")}, "they must be numbers"),
         ({"force": (weight,)}, "has 1 entries"),
         ({3: weight}, "no law is called 3; known: drive, event, force"),

@@ -9,7 +9,7 @@ import pytest
 from numba import config
 from numpy.testing import assert_allclose, assert_array_equal
 
-from evolvent import elements, parts, spring_law
+from evolvent import elements, law, parts
 from evolvent.analysis.system import System
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
@@ -205,7 +205,7 @@ def test_modes_refuse_a_motion() -> None:
         modes(assembly, equilibrium=explicit_run(assembly))
 
 
-@spring_law
+@law
 def linear(extension: float, rate: float, t: float, p: Any) -> float:
     """A spring of stiffness p[0]."""
     return p[0] * extension  # type: ignore[no-any-return]

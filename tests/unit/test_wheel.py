@@ -64,7 +64,7 @@ from evolvent.compiled.laws import law_address
 
 before = cpu_target.target_context.codegen()
 
-@evolvent.spring_law
+@evolvent.law
 def law(extension, rate, t, p):
     return p[0] * extension
 
@@ -72,10 +72,10 @@ def law(extension, rate, t, p):
 def own(x):
     return 2.0 * x
 
-law_address(law, "spring")
+law_address(law.of("spring"), "spring")
 own(1.0)
 after = cpu_target.target_context.codegen()
-compiled = [list(f.overloads.values())[0].library.codegen for f in (law, own)]
+compiled = [list(f.overloads.values())[0].library.codegen for f in (law.of("spring"), own)]
 found["same"] = before is after and all(c is before for c in compiled)
 found["processor"] = after.magic_tuple()[1]
 found["host"] = binding.get_host_cpu_name()

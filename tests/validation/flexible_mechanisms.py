@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from evolvent import System, drive_law, parts
+from evolvent import System, law, parts
 from evolvent.elements import General, Material
 
 Y = (0.0, 1.0, 0.0)
@@ -27,7 +27,7 @@ def member(
     return part(section=section, material=material, elements=elements, **keys)
 
 
-@drive_law
+@law
 def half_turn(t, parameters):  # type: ignore[no-untyped-def]
     """From 0 to pi in the time T, by a cosine."""
     T = parameters[0]
@@ -91,7 +91,7 @@ def four_bar(kind: str, elements: int) -> System:
     return system
 
 
-@drive_law
+@law
 def two_steps(t, parameters):  # type: ignore[no-untyped-def]
     """Rate by two cosine steps: to 0.8 w in 0.5 s, from 1 s to 1.2 w at 1.25 s."""
     w = parameters[0]

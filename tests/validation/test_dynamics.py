@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from book import Book
-from evolvent import System, drive_law, parts
+from evolvent import System, law, parts
 from evolvent.elements import Material, Rectangle
 from evolvent.equations.rhs import rhs
 from evolvent.solvers.static.static import solve_static
@@ -18,7 +18,7 @@ CHAPTER = "Dynamics"
 G = 9.81
 
 
-@drive_law
+@law
 def spin_up(t, parameters):  # type: ignore[no-untyped-def]
     """6 rad/s in 15 s: rate (6/15) [t - 15/(2 pi) sin(2 pi t/15)] (Simo & Vu-Quoc 1986)."""
     rate, end = parameters[0], parameters[1]

@@ -10,11 +10,11 @@ import numpy as np
 from pydantic import field_validator
 from pydantic_core import PydanticCustomError
 
-from evolvent import element_law, parts
+from evolvent import law, parts
 from evolvent_base import units
 
 
-@element_law
+@law
 def tension(t, x, v, p, f):
     """Forces on the two ends; p holds stiffness, damping and length without load."""
     dx, dy, dz = x[3] - x[0], x[4] - x[1], x[5] - x[2]

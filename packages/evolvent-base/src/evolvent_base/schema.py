@@ -19,6 +19,7 @@ from pydantic import (
     ValidationError,
     model_validator,
 )
+from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError, PydanticSerializationError, core_schema
 
 from evolvent_base.errors import HIDDEN, InputError, nearest
@@ -275,6 +276,13 @@ def literals(annotation: Any) -> list[str]:
     return [one for argument in get_args(annotation) for one in literals(argument)]
 
 
+@dataclasses.dataclass(frozen=True, eq=False)
+class Meant:
+    """An annotation of a key with few words: what other words mean, by which a refusal names the right one."""
+
+    words: Mapping[str, str]
+
+
 def marks(field: Any) -> Iterator[Any]:
     """Annotations of a field, of its type and of the types that a union offers, such as `Quantity`."""
     yield from field.metadata
@@ -364,9 +372,15 @@ def _by_name_mark(place: Located) -> SectionsByName | None:
 
 def member(values: Mapping[str, Any], name: str) -> str:
     """A name of checked sections: of one that stands for several, "hinge", the first of these, "hinge 1"."""
-    if name in values:
-        return name
-    return next((one for one in values if re.fullmatch(rf"{re.escape(name)} \d+", str(one))), name)
+    return next(iter(members(values, name)), name)
+
+
+def members(names: Iterable[Any], name: str) -> list[str]:
+    """What a name stands for: itself, or "rib 1", "rib 2" and so on where none of the names is "rib"; else nothing."""
+    known = [str(one) for one in names]
+    if name in known:
+        return [name]
+    return [one for one in known if re.fullmatch(rf"{re.escape(name)} [0-9]+", one)]
 
 
 def inner(place: Located, name: str, content: Any) -> Located:
@@ -496,7 +510,10 @@ def sentence(errors: Sequence[Any], kind: type[Section], *, before: str = "") ->
         case "literal_error":
             known = re.findall(r"'([^']*)'", context.get("expected", ""))
             if known:
-                return f"{key} is {value!r}; {nearest(str(value), known)}"
+                field = _field_at(kind, first["loc"])
+                others = next((mark.words for mark in marks(field) if isinstance(mark, Meant)), {}) if field else {}
+                word = others.get(str(value))
+                return f"{key} is {value!r}; {f'did you mean {word!r}?' if word else nearest(str(value), known)}"
             message = f"it must be {context.get('expected')}"
         case "model_type":
             message = "it must be a mapping of keys to values"
@@ -510,8 +527,8 @@ def sentence(errors: Sequence[Any], kind: type[Section], *, before: str = "") ->
     return f"{key.rstrip('.')} is {shown(value)}; {message}"
 
 
-def _wanted(kind: type[Section], location: tuple[Any, ...]) -> str:
-    """What a missing key requires, where its annotation says so."""
+def _field_at(kind: type[Section], location: tuple[Any, ...]) -> FieldInfo | None:
+    """Field of a key, where it is known."""
     here, choice = kind, None
     for part in location[:-1]:
         if choice is not None and part in choice.kinds:
@@ -520,7 +537,12 @@ def _wanted(kind: type[Section], location: tuple[Any, ...]) -> str:
             field = here.model_fields[part]
             choice = next((mark for mark in marks(field) if isinstance(mark, OneOf)), None)
             here = next(sections(field.annotation), here)
-    last = here.model_fields.get(str(location[-1]))
+    return here.model_fields.get(str(location[-1]))
+
+
+def _wanted(kind: type[Section], location: tuple[Any, ...]) -> str:
+    """What a missing key requires, where its annotation says so."""
+    last = _field_at(kind, location)
     for annotation in marks(last) if last is not None else ():
         allowed = getattr(annotation, "allowed", None)
         if allowed:

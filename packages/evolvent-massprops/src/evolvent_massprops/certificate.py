@@ -36,11 +36,16 @@ class MassProperties(Estimates, Shown):
         return answer_of(self)
 
     def report(self, path: str | os.PathLike[str], *, date: datetime.datetime | None = None) -> str:
-        """Write the certificate; returns its path.
+        """Write the certificate.
 
         Parameters
         ----------
+        path : str or path, of the page
         date : the moment that it states; now unless given
+
+        Returns
+        -------
+        str, the path
 
         Raises
         ------

@@ -316,6 +316,10 @@ def load(stand: Any, overrides: Mapping[str, Any] | None = None) -> Description:
     stand : path, mapping, a description, or the name, file or content of a case of a system that is a stand
     overrides : mapping, dotted key -> value; of a case its own keys, or those of the description that it makes
 
+    Returns
+    -------
+    Description
+
     Raises
     ------
     InputError
@@ -446,7 +450,16 @@ def model(kind: str) -> type[Section]:
 
 
 def json_schema(kind: str) -> dict[str, Any]:
-    """JSON schema of the descriptions of a kind of stand, for editors."""
+    """JSON schema of the descriptions of a kind of stand, for editors.
+
+    Parameters
+    ----------
+    kind : str, of the stand
+
+    Returns
+    -------
+    dict
+    """
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **model(kind).model_json_schema()}
 
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from evolvent import parts
     from evolvent.analysis.stepper import Stepper
     from evolvent.analysis.system import System
-    from evolvent.compiled.laws import drive_law, element_law, event_law, force_law, motor_law, spring_law, torque_law
+    from evolvent.compiled.laws import law
     from evolvent.design.dispersions import disperse
     from evolvent.design.optimization import optimize
     from evolvent.design.studies import simulate_many, sweep
@@ -48,21 +48,15 @@ __all__ = [
     "Taper",
     "Tube",
     "disperse",
-    "drive_law",
-    "element_law",
-    "event_law",
-    "force_law",
+    "law",
     "load",
-    "motor_law",
     "open",
     "optimize",
     "parts",
     "run",
     "save",
     "simulate_many",
-    "spring_law",
     "sweep",
-    "torque_law",
 ]
 
 #: Public names that are loaded when they are first asked for, so that importing the package stays quick.
@@ -79,15 +73,9 @@ _LAZY = {
     "SectionInertia": "evolvent.elements.inertia",
     "Stepper": "evolvent.analysis.stepper",
     "System": "evolvent.analysis.system",
-    "element_law": "evolvent.compiled.laws",
-    "event_law": "evolvent.compiled.laws",
-    "drive_law": "evolvent.compiled.laws",
-    "force_law": "evolvent.compiled.laws",
-    "motor_law": "evolvent.compiled.laws",
+    "law": "evolvent.compiled.laws",
     "open": "evolvent.results",
     "save": "evolvent.results",
-    "spring_law": "evolvent.compiled.laws",
-    "torque_law": "evolvent.compiled.laws",
     "disperse": "evolvent.design.dispersions",
     "optimize": "evolvent.design.optimization",
     "simulate_many": "evolvent.design.studies",

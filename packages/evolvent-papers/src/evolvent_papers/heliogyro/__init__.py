@@ -75,9 +75,8 @@ class Heliogyro(SystemDefinition):
 
     Notes
     -----
-    Laws in Python: "drive", ``@evolvent.drive_law`` of every spool, in place of rate and table; "force",
-    ``@evolvent.force_law``, force per length on every blade, N/m, inertial axes; "event", ``@evolvent.event_law`` that
-    ends the run where it rises through zero.
+    Laws in Python, under ``@evolvent.law``: "drive" of every spool, in place of rate and table; "force", force per
+    length on every blade, N/m, inertial axes; "event", which ends the run where it rises through zero.
     """
 
     Case = Case

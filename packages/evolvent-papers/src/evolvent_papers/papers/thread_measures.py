@@ -122,7 +122,7 @@ def loads() -> Numbers:
 
     values, end = (0.1, 2.0, 900.0, 20.0), 0.05
     given = {"body.motion": "driven", "spool.start_length": 4.6, "solver.duration": end, "output.every": end}
-    law = {"force": (evolvent.force_law(load), (0.000735, *values))}
+    law = {"force": (evolvent.law(load), (0.000735, *values))}
     z = evolvent.run("heliogyro", RIGID | given, laws=law)["blade-1"].position.values[-1, :, 2] - 0.01
     a, b, square, d = values
     # state z, z', 1, t

@@ -68,12 +68,9 @@ def clearances(run: xr.DataTree, pairs: Iterable[Sequence[str]] | None = None) -
     starts and ends are linear between samples. Depths below 1e-6 of the radius about the smaller body are contact.
     """
     parts = _parts(run)
-    bodies = {name: part for name, part in parts.items() if _has_surface(part)}
+    bodies = _bodies(parts)
     joined = _joined(parts, bodies)
-    chosen = _pairs(bodies, joined) if pairs is None else [_pair(pair, bodies) for pair in pairs]
-    if not chosen:
-        why = "every pair of them is held by a joint" if joined else f"{counted(len(bodies), 'body', 'bodies')} has one"
-        raise InputError(f"no clearance can be found: it is that of two rigid bodies with a shape or shells, and {why}")
+    chosen = checked_pairs(parts, pairs)
     measure = _measure()
     seen = {name: _seen(run, name, bodies[name]) for name in dict.fromkeys(itertools.chain(*chosen))}
     time = run.to_dataset()["time"].values
@@ -83,6 +80,30 @@ def clearances(run: xr.DataTree, pairs: Iterable[Sequence[str]] | None = None) -
         "title": str(run.attrs.get("title", "")), "source": f"evolvent {__version__}",
         "left_out": json.dumps(left_out), "not_checked": json.dumps(_not_checked(parts, bodies)),
     }))  # fmt: skip
+
+
+def checked_pairs(parts: Mapping[str, Any], pairs: Iterable[Sequence[str]] | None = None) -> list[tuple[str, str]]:
+    """Pairs of bodies whose clearances are found: those that are asked for, or all that nothing holds together.
+
+    Raises
+    ------
+    InputError
+        If a pair is none, or there is none.
+    """
+    bodies = _bodies(parts)
+    if pairs is not None:
+        return [_pair(pair, bodies) for pair in pairs]
+    joined = _joined(parts, bodies)
+    chosen = _pairs(bodies, joined)
+    if not chosen:
+        why = "every pair of them is held by a joint" if joined else f"{counted(len(bodies), 'body', 'bodies')} has one"
+        raise InputError(f"no clearance can be found: it is that of two rigid bodies with a shape or shells, and {why}")
+    return chosen
+
+
+def _bodies(parts: Mapping[str, Any]) -> dict[str, Any]:
+    """Parts that are checked, by name."""
+    return {name: part for name, part in parts.items() if _has_surface(part)}
 
 
 def check_package() -> None:

@@ -208,7 +208,9 @@ class SystemDefinition:
             solution = trees.at_start(assembly, method, float(times[0]))
             return trees.tree(solution, case="", why="", system=case.system, root=self.findings(case, solution)[0])
 
-        names = limits.Names(start, lambda: self.margin(case, motion=False).names, "it asks for")
+        names = limits.Names(
+            start, lambda: self.margin(case, motion=False).names, lambda: assembly.parts, "it asks for"
+        )
         wanted = () if keep else limits.of_texts(self.sections(case).get(LIMITS, ()), names)
         name = explicit_plan.cache_name(assembly, method)
         return CasePlan(

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from evolvent.analysis import kept_clearances
 from evolvent.analysis.margins.kept_margins import AT_REST, IN_RUN, KeptMargins, others_of
 from evolvent.results import variables
 from evolvent.results.kept import check_names, kept_of, split, unit_of
@@ -66,13 +67,18 @@ class Names:
     ----------
     start : function that returns the results at the start of a run, or None where there are none before it runs
     coordinates : function that returns the names of the coordinates that have margins
+    parts : function that returns the parts of the case by name
     who : str, who asks, for messages
     """
 
     def __init__(
-        self, start: Callable[[], Any], coordinates: Callable[[], Sequence[str]], who: str = "the design asks for"
+        self,
+        start: Callable[[], Any],
+        coordinates: Callable[[], Sequence[str]],
+        parts: Callable[[], Mapping[str, Any]],
+        who: str = "the design asks for",
     ) -> None:
-        self._start, self.having_margins, self._who = start, coordinates, who
+        self._start, self.having_margins, self._parts, self._who = start, coordinates, parts, who
 
     @functools.cached_property
     def start(self) -> Any:
@@ -96,6 +102,8 @@ class Names:
         return f"{name}.{reduction}" if "time" in found.dims else name
 
     def _check(self, name: str) -> None:
+        if kept_clearances.is_clearance(name):
+            kept_clearances.check(self._parts(), [name])
         if self.start is not None and others_of([name]):
             try:
                 check_names([name], self.start)
@@ -104,6 +112,8 @@ class Names:
 
     def unit(self, kept: str) -> str:
         """Unit of a name of what is kept; '' where it has none, or is a statistic."""
+        if kept_clearances.is_clearance(kept):
+            return kept_clearances.UNIT
         if self.start is None or not others_of([kept]):
             return ""
         name, reduction = split(kept)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import re
 from collections.abc import Mapping
 from typing import Annotated, Any
 
@@ -19,7 +18,7 @@ from evolvent.solvers.common.sampled import angular_momentum
 from evolvent.solvers.modal.positions import moving, rigid_motions
 from evolvent_base import units
 from evolvent_base.errors import InputError, nearest
-from evolvent_base.schema import Section, sentence
+from evolvent_base.schema import Section, members, sentence
 
 Array = np.ndarray
 #: Keys of a system that say how it moves at the start.
@@ -114,10 +113,10 @@ def _chosen(assembly: Assembly, spin: Spin, key: str) -> Array:
         return np.ones(int(assembly.model.info.nv), dtype=bool)
     known, found = moving(assembly), np.zeros(int(assembly.model.info.nv), dtype=bool)
     for name in spin.parts:
-        repeated = [one for one in known if re.fullmatch(rf"{re.escape(name)} \d+", one)]
-        if name not in known and not repeated:
+        own = members(known, name)
+        if not own:
             raise InputError(f"{key}.parts holds {name!r}, which is no part that moves; {nearest(name, known)}")
-        for one in [name] if name in known else repeated:
+        for one in own:
             found[known[one][2]] = True
     return found
 

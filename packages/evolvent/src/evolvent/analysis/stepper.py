@@ -96,6 +96,10 @@ class Stepper(SteppedAssembly):
         start : float, s
         until : float, s, the end of the time that may be stepped through; None: that of the case's run
 
+        Returns
+        -------
+        Stepper
+
         Raises
         ------
         InputError

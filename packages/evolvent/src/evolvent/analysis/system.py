@@ -110,6 +110,10 @@ class System(Composition, Answered):
             keys of a case beside its parts work as well: ``gravity.2``, ``simulate.until``. ``"hinge.stiffness"`` is
             that of ``"hinge 1"``, ``"hinge 2"`` and so on, where it is the same in all of them
 
+        Returns
+        -------
+        System, a copy; this one keeps its values
+
         Raises
         ------
         InputError
@@ -246,7 +250,7 @@ class System(Composition, Answered):
         def start() -> xr.DataTree:
             return trees.tree(trees.at_start(assembly, choose_method(assembly, "auto")[0], 0.0), case="", why="")
 
-        names = limits.Names(start, lambda: self.margin(motion=False).names, "it asks for")
+        names = limits.Names(start, lambda: self.margin(motion=False).names, lambda: assembly.parts, "it asks for")
         wanted, section = limits.of_texts(texts, names), self.sections.get("margin", {})
         return lambda solution: {LIMITS: limits.written(wanted, section, solution, {})}
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
@@ -12,6 +11,7 @@ from evolvent.assembly.variants import Variants
 from evolvent.parts.base import Part
 from evolvent.parts.registry import read_parts
 from evolvent_base.errors import InputError, counted, nearest
+from evolvent_base.schema import members
 
 Composed = TypeVar("Composed", bound=Composition)
 
@@ -54,7 +54,7 @@ def parts_of(system: Composition, words: str) -> list[str]:
     name, _, rest = words.partition(".")
     if name in system.parts:
         return [name]
-    found = [one for one in system.parts if re.fullmatch(re.escape(name) + " [0-9]+", one)]
+    found = members(system.parts, name)
     own = [_value(system.parts[one], rest) for one in found]
     if not all(rest.partition(".")[0] in type(system.parts[one]).model_fields for one in found):
         return found  # where it is refused by its name

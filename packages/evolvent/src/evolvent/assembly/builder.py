@@ -125,12 +125,13 @@ class Builder:
 
         Parameters
         ----------
-        kind : of its decorator, such as "spring"
+        kind : of `compiled.laws.FORMS`, such as "spring"
         key : that holds it, for messages; ``law`` of the part if left out
         """
-        laws.require_kind(law, kind, key or f"{self.part}.law")
-        address = laws.law_address(law, "force" if kind == "torque" else kind)  # whose position has the attitude too
-        self.laws[address] = law
+        compiled = laws.required(law, kind, key or f"{self.part}.law")
+        # the position of a torque has the attitude too
+        address = laws.law_address(compiled, "force" if kind == "torque" else kind)
+        self.laws[address] = compiled
         return address
 
     def expression(self, run: Any, kind: str, code: Sequence[float], text: str, slope: Any = None) -> dict[str, int]:

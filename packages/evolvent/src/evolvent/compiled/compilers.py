@@ -16,10 +16,10 @@ from numba.core.typeinfer import register_dispatcher
 from evolvent.compiled.codecache import folder
 from evolvent.compiled.codecache.compiled import Cache, LawCache, compiling, without_path
 from evolvent.compiled.codecache.folder import is_own
-from evolvent.compiled.codecache.snapshots import snapshot
+from evolvent.compiled.codecache.snapshots import Snapshot, snapshot
 from evolvent_base import locks
 
-__all__ = ["compile_law", "compiling", "dispatcher", "is_kept", "linked", "turn", "without_counts"]
+__all__ = ["compile_law", "compiling", "dispatcher", "is_kept", "keep", "linked", "turn", "without_counts"]
 #: Files of the locks of those who compile functions and laws.
 _FUNCTIONS, _LAWS = "compiling.lock", "laws.lock"
 
@@ -70,12 +70,17 @@ def turn(is_needed: Callable[[], bool]) -> AbstractContextManager[Callable[[], N
     return locks.turn(folder.CACHE_DIR / _FUNCTIONS, is_needed)
 
 
-def compile_law(signature: Any, function: Callable) -> Any:
-    """Compile a user's function as numba compiles its own, for the host, with checked indices, and keep it.
+def keep(function: Callable) -> tuple[Callable, Snapshot]:
+    """A user's function with the values that its globals and helpers have now."""
+    return function, snapshot(function)
 
-    It and its helpers get the values that their globals have now, and it is kept by a digest of all of these.
+
+def compile_law(signature: Any, kept: tuple[Callable, Snapshot]) -> Any:
+    """Compile what `keep` has kept as numba compiles its own, for the host, with checked indices, and store it.
+
+    It is stored by a digest of all values that it refers to.
     """
-    found = snapshot(function)
+    function, found = kept
     compiled = without_counts(found.function, boundscheck=True)
     cache = compiled._cache = LawCache(found)
     # registered for a law that calls itself

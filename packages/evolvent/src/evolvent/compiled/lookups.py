@@ -21,7 +21,6 @@ LAWS = {
     "drive": _VECTOR(f8, f8[::1]),
     "event": f8(f8, f8[::1], f8[::1]),
     "element": types.UniTuple(f8, 2)(f8, f8[::1], f8[::1], f8[::1], f8[::1]),
-    "motor": f8(f8, f8, f8, f8[::1]),
 }
 #: Signatures of their derivatives along a direction, which `compiled.laws` makes of them by dual numbers. Of a scalar
 #: law: (x, dx, v, dv, t, parameters). Positions, velocities and forces in vectors are then value and derivative, one
@@ -29,7 +28,6 @@ LAWS = {
 SLOPES = {
     "force": LAWS["force"],
     "spring": f8(f8, f8, f8, f8, f8, f8[::1]),
-    "motor": f8(f8, f8, f8, f8, f8, f8[::1]),
     "element": f8(f8, f8[::1], f8[::1], f8[::1], f8[::1]),
 }
 #: Only used without compilation: addresses are then indices in this list; 0 stands for no law.
@@ -131,8 +129,6 @@ spring_law_at = _make_lookup(LAWS["spring"])
 drive_law_at = _make_lookup(LAWS["drive"])
 event_law_at = _make_lookup(LAWS["event"])
 element_law_at = _make_lookup(LAWS["element"])
-motor_law_at = _make_lookup(LAWS["motor"])
 force_slope_at = _make_lookup(SLOPES["force"], 1)
 spring_slope_at = _make_lookup(SLOPES["spring"], 1)
 element_slope_at = _make_lookup(SLOPES["element"], 1)
-motor_slope_at = _make_lookup(SLOPES["motor"], 1)

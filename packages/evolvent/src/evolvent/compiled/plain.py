@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 from collections.abc import Callable
+from types import FunctionType
 from typing import Any
 
 from numba import njit
@@ -37,9 +39,17 @@ def turn(is_needed: Callable[[], bool]) -> Any:
     return contextlib.nullcontext(lambda: None)
 
 
-def compile_law(signature: Any, function: Callable) -> Any:
+def keep(function: Any) -> Callable:
+    """A user's function with the values that its globals have now."""
+    found = FunctionType(
+        function.__code__, dict(function.__globals__), function.__name__, function.__defaults__, function.__closure__
+    )
+    return functools.update_wrapper(found, function)
+
+
+def compile_law(signature: Any, kept: Callable) -> Any:
     """Compile a user's function, with checked indices."""
-    compiled = without_counts(function, boundscheck=True)
+    compiled = without_counts(kept, boundscheck=True)
     compiled.compile(signature)
     compiled.disable_compile()
     return compiled

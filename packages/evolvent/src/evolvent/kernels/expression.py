@@ -244,16 +244,7 @@ def evaluate_with_derivatives(p, at, variables, rates):
 @entry(REAL, REAL, REAL, VECTOR)
 @kernel
 def spring_expression(x, v, t, p):
-    """Tension of a spring, N; variables x, v, t."""
-    variables = local_vector()
-    variables[0], variables[1], variables[2] = x, v, t
-    return evaluate(p, 0, variables)
-
-
-@entry(REAL, REAL, REAL, VECTOR)
-@kernel
-def motor_expression(t, x, v, p):
-    """Torque of a motor, N m or N; variables x, v, t."""
+    """Tension of a spring, N, or torque of a motor, N m or N; variables x, v, t."""
     variables = local_vector()
     variables[0], variables[1], variables[2] = x, v, t
     return evaluate(p, 0, variables)
@@ -280,7 +271,7 @@ def force_expression(x, v, t, p):
 @entry(REAL, REAL, REAL, REAL, REAL, VECTOR)
 @kernel
 def scalar_expression_slope(x, dx, v, dv, t, p):
-    """Derivative of `spring_expression` and of `motor_expression` along (dx, dv)."""
+    """Derivative of `spring_expression` along (dx, dv)."""
     variables, rates = local_vector(), local_vector()
     variables[0], variables[1], variables[2] = x, v, t
     rates[0], rates[1], rates[2] = dx, dv, 0.0

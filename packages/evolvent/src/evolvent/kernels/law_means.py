@@ -15,13 +15,12 @@ import math
 from numba import types
 
 from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect, inlined
-from evolvent.compiled.lookups import element_law_at, force_law_at, motor_law_at, spring_law_at
+from evolvent.compiled.lookups import element_law_at, force_law_at, spring_law_at
 from evolvent.compiled.views import local_vector
 from evolvent.kernels.drive import drive
 from evolvent.kernels.law_slopes import (
     add_element_law_gradient,
     add_force_law_gradient,
-    motor_law_slope,
     spring_law_slope,
     torque_law_turns,
 )
@@ -37,7 +36,7 @@ def USED_FOR(model):  # noqa: N802
 
 #: Kinds of laws: of a spring (wheels and spools as well), of a motor, of a motor that follows a motion, of a force or
 #: torque, between points.
-SPRING, MOTOR, FOLLOWS, FORCE, BETWEEN = range(5)
+SPRING, FOLLOWS, FORCE, BETWEEN = range(4)
 #: Places on [0, 1] with the weights of Kronrod's extension to 7 points of Lobatto's rule, and of that rule of 4 points
 #: (Gander & Gautschi, 2000). The ends are among them: a law that switches on before the end of a step is seen.
 _OUTER, _INNER = 0.5 * math.sqrt(2.0 / 3.0), 0.5 * math.sqrt(0.2)
@@ -134,8 +133,6 @@ def _call(kind, law, t, x, v, p, offset, limit, model, out):
         return
     if kind == SPRING:
         value = spring_law_at(law)(x[0], v[0], t, p)
-    elif kind == MOTOR:
-        value = motor_law_at(law)(t, x[0], v[0], p)
     else:
         value, _, _ = following_torque(t, x[0], v[0], model.motors, law, model)
     value += offset
@@ -165,13 +162,9 @@ def _add_slopes(kind, law, t, x, v, p, offset, limit, size, c_x, c_v, scale, wor
     if kind == FOLLOWS:
         _, slope, damper = following_torque(t, x[0], v[0], model.motors, law, model)
         return scale * (c_x * slope + c_v * damper)
-    if kind == SPRING:
-        if limit < math.inf and abs(spring_law_at(law)(x[0], v[0], t, p) + offset) >= limit:
-            return 0.0
-        return scale * spring_law_slope(law, x[0], c_x, v[0], c_v, t, p, size)
-    if limit < math.inf and abs(motor_law_at(law)(t, x[0], v[0], p) + offset) >= limit:
+    if limit < math.inf and abs(spring_law_at(law)(x[0], v[0], t, p) + offset) >= limit:
         return 0.0
-    return scale * motor_law_slope(law, x[0], c_x, v[0], c_v, t, p)
+    return scale * spring_law_slope(law, x[0], c_x, v[0], c_v, t, p, size)
 
 
 @indirect(

@@ -13,8 +13,6 @@ from evolvent.compiled.lookups import (
     force_law_at,
     force_slope_at,
     has_slope,
-    motor_law_at,
-    motor_slope_at,
     spring_law_at,
     spring_slope_at,
 )
@@ -26,7 +24,7 @@ STEP, ELEMENT_STEP = 1e-6, 1e-5
 
 @kernel
 def spring_law_slope(law, x, dx, v, dv, t, p, size):
-    """Derivative of a spring's law along (dx, dv) of its extension and rate; `size` of both for differences."""
+    """Derivative of the law of a spring or a motor along (dx, dv) of x and v; `size` of both for differences."""
     if has_slope(law):
         return spring_slope_at(law)(x, dx, v, dv, t, p)
     slope = 0.0
@@ -36,21 +34,6 @@ def spring_law_slope(law, x, dx, v, dv, t, p, size):
     if dv != 0.0:
         d = STEP * max(size, abs(v))
         slope += dv * (spring_law_at(law)(x, v + d, t, p) - spring_law_at(law)(x, v - d, t, p)) / (2.0 * d)
-    return slope
-
-
-@kernel
-def motor_law_slope(law, x, dx, v, dv, t, p):
-    """`spring_law_slope` of a motor's law."""
-    if has_slope(law):
-        return motor_slope_at(law)(x, dx, v, dv, t, p)
-    slope = 0.0
-    if dx != 0.0:
-        d = STEP * max(1.0, abs(x))
-        slope += dx * (motor_law_at(law)(t, x + d, v, p) - motor_law_at(law)(t, x - d, v, p)) / (2.0 * d)
-    if dv != 0.0:
-        d = STEP * max(1.0, abs(v))
-        slope += dv * (motor_law_at(law)(t, x, v + d, p) - motor_law_at(law)(t, x, v - d, p)) / (2.0 * d)
     return slope
 
 

@@ -177,7 +177,7 @@ class LawDrive(DriveKind):
 
     Parameters
     ----------
-    law : function under ``@evolvent.drive_law``: ``law(t, parameters) -> (angle, rate, acceleration)``
+    law : function under ``@evolvent.law``: ``law(t, parameters) -> (angle, rate, acceleration)``
     parameters : list of numbers
     """
 
@@ -190,7 +190,7 @@ class LawDrive(DriveKind):
 
     def at(self, builder: Builder, row: DriveRow, time: float) -> tuple[float, float, float]:
         """Angle, rate and acceleration; refused unless finite."""
-        angle, rate, acceleration = _tried(builder, row, self.law, time)
+        angle, rate, acceleration = _tried(builder, row, self.law.of("drive"), time)
         return angle, rate, acceleration
 
 
@@ -213,7 +213,7 @@ class FreeSpool(DriveKind):
     torque : float, N m, constant torque of a motor on the spool (positive pays out)
     profile : torque of a motor as a function of time, N m, added to `torque`
     law : torque of a motor, N m, added to both: an expression of the spool's angle x (rad), its rate v (rad/s) and t
-        (s), or a function under ``@evolvent.spring_law``: ``law(angle, rate, t, parameters) -> torque``
+        (s), or a function under ``@evolvent.law``: ``law(angle, rate, t, parameters) -> torque``
     parameters : list of float, parameters of a Python law
     constants : mapping of names to float, constants of an expression
     brake : float, N m, torque of a brake: it holds the spool up to this torque and then slips at it (under

@@ -1,4 +1,4 @@
-"""Keys that hold a law: a Python function under a decorator of `evolvent`, or an arithmetic expression."""
+"""Keys that hold a law: a Python function under `evolvent.law`, or an arithmetic expression."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from pydantic_core import PydanticCustomError, core_schema
 
 from evolvent.assembly import expressions
 from evolvent.assembly.builder import Builder
+from evolvent.compiled.laws import FORMS
 from evolvent.kernels import expression as kernels
 from evolvent_base.errors import InputError
 from evolvent_base.schema import Annotation
@@ -26,7 +27,6 @@ VARIABLES = {
         "x", "y", "z", "vx", "vy", "vz", "t", "r11", "r12", "r13", "r21", "r22", "r23", "r31", "r32", "r33",
     ),
     "drive": ("t",),
-    "motor": ("x", "v", "t"),
     "feedback": ("t", "x", "v"),
     "surface": ("u", "v"),
     "height": ("x", "y"),
@@ -34,18 +34,16 @@ VARIABLES = {
 #: Kinds with three numbers.
 _VECTORS = ("force", "torque", "surface")
 _EXAMPLES = {"spring": "k*x + k3*x**3", "force": "[-c*vx, -c*vy, -c*vz]", "drive": "a*(1 - cos(w*t))", "event": "t - 2",
-             "motor": "-k*x - c*v", "feedback": "r - k*lag_rate", "torque": "[-c*vx, -c*vy, m*r11]",
+             "feedback": "r - k*lag_rate", "torque": "[-c*vx, -c*vy, m*r11]",
              "surface": "[2*u, v, 0.1*u**2]", "height": "0.05*(x**2 + y**2)"}  # fmt: skip
 _RUN = {
     "spring": kernels.spring_expression,
     "force": kernels.force_expression,
     "drive": kernels.drive_expression,
     "event": kernels.event_expression,
-    "motor": kernels.motor_expression,
 }
 _SLOPES = {
     "spring": kernels.scalar_expression_slope,
-    "motor": kernels.scalar_expression_slope,
     "force": kernels.force_expression_slope,
 }
 
@@ -56,7 +54,7 @@ class Law(Annotation):
 
     Parameters
     ----------
-    kind : {"spring", "force", "torque", "drive", "event", "motor", "feedback", "surface", "height"}
+    kind : {"spring", "force", "torque", "drive", "event", "feedback", "surface", "height"}
     python : bool, whether a Python law is allowed
     """
 
@@ -68,7 +66,7 @@ class Law(Annotation):
         """What is allowed, as the end of a sentence."""
         example = _EXAMPLES[self.kind]
         text = f"{example!r}" if self.kind not in _VECTORS else f"three of them, {example}"
-        function = f", or a function under @evolvent.{self.kind}_law" if self.python else ""
+        function = f", or a function under @evolvent.law, {FORMS[self.kind].text}" if self.python else ""
         return f"an expression such as {text}{function}"
 
     def read(self, value: Any) -> Any:
@@ -157,7 +155,6 @@ SpringLaw = Annotated[Any, Law("spring")]
 ForceLaw = Annotated[Any, Law("force")]
 DriveLaw = Annotated[Any, Law("drive")]
 EventLaw = Annotated[Any, Law("event")]
-MotorLaw = Annotated[Any, Law("motor")]
 #: x, y and z of u and v.
 SurfaceExpressions = Annotated[tuple[str, ...], Law("surface", python=False)]
 #: z of x and y.
@@ -203,7 +200,7 @@ def write_law(builder: Builder, name: str, law: Any, kind: str, parameters: Sequ
     builder : Builder
     name : str, of the part
     law : compiled Python law, or expression
-    kind : {"spring", "force", "torque", "drive", "event", "motor"}
+    kind : {"spring", "force", "torque", "drive", "event"}
     parameters : of a Python law; constants : of an expression
     key : str, the key that holds the law, for messages
     variables : of an expression; those of `VARIABLES` if left out

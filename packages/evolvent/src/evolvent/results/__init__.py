@@ -174,6 +174,10 @@ def credibility() -> str:
 def open(path: str | os.PathLike[str]) -> Any:  # noqa: A001  (evolvent.open is the public name)
     """Read a run that was saved as NetCDF.
 
+    Parameters
+    ----------
+    path : str or path, of the file
+
     Returns
     -------
     xarray.DataTree, with a group a part; of a run without groups, a Dataset

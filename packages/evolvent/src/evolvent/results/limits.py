@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import xarray as xr
 
+from evolvent_base import units
 from evolvent_base.errors import counted
 from evolvent_base.figures import Number, Quantity
 
+#: The unit of the bound in the text of a limit.
+_BOUND = re.compile(r".*[<>]=\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*([^\d\s].*)")
 #: Attribute of a run with what it makes of the limits of its case, JSON; and the key of a case.
 LIMITS = "limits"
 
@@ -26,9 +30,23 @@ class Checked(NamedTuple):
 
     @property
     def shown(self) -> str:
-        """In words: "missed, 2.29 N m"."""
+        """In words: "missed, 0.005236 m, 5.236 mm", in SI units and in those of the limit, where it has others."""
         word = "met" if self.is_met else "missed"
-        return f"{word}, {self.value:.4g} {self.unit}".strip() if math.isfinite(self.value) else f"{word}, no value"
+        if not math.isfinite(self.value):
+            return f"{word}, no value"
+        found, own = f"{word}, {self.value:.4g} {self.unit}".strip(), self._own_unit()
+        return f"{found}, {self.value / units.parse(f'1 {own}', self.unit):.4g} {own}" if own else found
+
+    def _own_unit(self) -> str:
+        """Unit of the bound in the text; '' where it has none, that of the value, or one with a zero of its own."""
+        own = _BOUND.fullmatch(self.text)
+        if own is None or not self.unit or own[1] == self.unit:
+            return ""
+        try:
+            one, two = (units.parse(f"{k} {own[1]}", self.unit) for k in (1, 2))
+        except units.UnitError:
+            return ""
+        return own[1] if abs(two - 2.0 * one) <= 1e-12 * abs(two) else ""
 
 
 def of_run(run: xr.Dataset | xr.DataTree) -> list[Checked]:

@@ -1,7 +1,7 @@
-"""Margins by name, among what is kept of a run: ``hinge 1.margin`` and ``hinge 1.margin_in_run``.
+"""Margins among what is kept of a run, ``hinge 1.margin`` and ``hinge 1.margin_in_run``, and clearances beside them.
 
 The first is the least margin over the travel at rest and needs no run, the second the least one along the run. Both are
-those of `evolvent.System.margin`, by the same key `margin` of the case.
+those of `evolvent.System.margin`, by the same key `margin` of the case; clearances are of `analysis.kept_clearances`.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
+from evolvent.analysis import kept_clearances
 from evolvent.analysis.margins import evaluation
 from evolvent.analysis.margins.results import least_of
 from evolvent.results.kept import Kept, split
@@ -29,8 +30,8 @@ _WHAT = {AT_REST: "least margin over the travel at rest", IN_RUN: "least margin 
 
 
 def others_of(keep: Sequence[str]) -> tuple[str, ...]:
-    """Names of `keep` that are no margins."""
-    return tuple(name for name in keep if not _is_margin(name))
+    """Names of `keep` that are neither margins nor clearances."""
+    return tuple(name for name in keep if not _is_margin(name) and not kept_clearances.is_clearance(name))
 
 
 def _is_margin(wanted: str) -> bool:
@@ -40,18 +41,20 @@ def _is_margin(wanted: str) -> bool:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class KeptMargins:
-    """The margins among the names of `keep`.
+    """The margins and clearances among the names of `keep`.
 
     Attributes
     ----------
     keep : tuple of str, all names, in order
-    others : tuple of str, those that are no margins
+    others : tuple of str, those that are neither
     at_rest : AtRest, or None where no margin is asked for
+    clearances : tuple of str, those that are clearances
     """
 
     keep: tuple[str, ...]
     others: tuple[str, ...]
     at_rest: AtRest | None
+    clearances: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, assembly: Assembly, section: Mapping[str, Any], keep: Sequence[str]) -> KeptMargins:
@@ -68,22 +71,24 @@ class KeptMargins:
             As of `evolvent.System.margin`, for a name that is no coordinate's, and for a reduction over time.
         """
         others = others_of(keep)
-        asked = [name for name in keep if name not in others]
+        clearances = tuple(name for name in keep if kept_clearances.is_clearance(name))
+        kept_clearances.check(assembly.parts, clearances)
+        asked = [name for name in keep if _is_margin(name)]
         if not asked:
-            return cls(tuple(keep), others, None)
+            return cls(tuple(keep), others, None, clearances)
         for wanted in asked:
             name, reduction = split(wanted)
             if reduction:
                 raise InputError(f"keep holds {wanted!r}, but {name!r} has no time to reduce; write {name!r}")
-        found = cls(tuple(keep), others, evaluation.at_rest(assembly, evaluation.with_keys(section, {})))
+        found = cls(tuple(keep), others, evaluation.at_rest(assembly, evaluation.with_keys(section, {})), clearances)
         if not (section and found.of_run):  # with the key, a run may give what is missing at rest
             found.values(None)
         return found
 
     @property
     def of_run(self) -> bool:
-        """Whether a margin along the run is asked for."""
-        return any(name.rpartition(".")[2] == IN_RUN for name in self.keep if name not in self.others)
+        """Whether a margin along the run, or a clearance, is asked for."""
+        return bool(self.clearances) or any(name.rpartition(".")[2] == IN_RUN for name in self.keep if _is_margin(name))
 
     @property
     def need_run(self) -> bool:
@@ -91,19 +96,19 @@ class KeptMargins:
         return bool(self.others) or self.of_run or self.at_rest is None
 
     def values(self, solution: Solution | None) -> dict[str, xr.Variable]:
-        """The margins by name, of a run where there is one; NaN where it says nothing of a coordinate.
+        """The margins, and the clearances of a run, by name; NaN where it says nothing of a coordinate.
 
         Raises
         ------
         InputError
             For a resistance that is neither given nor declared to be zero, and a name that is no coordinate's.
         """
+        found = {} if solution is None else kept_clearances.values(solution, self.clearances)
         if self.at_rest is None:
-            return {}
+            return found
         results = self.at_rest.results(solution if self.of_run else None)
-        found = {}
         for wanted in self.keep:
-            if wanted in self.others:
+            if not _is_margin(wanted):
                 continue
             coordinate, _, variable = wanted.rpartition(".")
             try:
@@ -123,8 +128,8 @@ class KeptMargins:
         return Kept(attrs=attrs, variables=self.values(None))
 
     def added(self, kept: Kept, solution: Solution) -> Kept:
-        """What is kept of a run, with the margins; as it is, of a run that has failed."""
-        if self.at_rest is None or solution.status == "failed":
+        """What is kept of a run, with margins and clearances; as it is, of a run that has failed."""
+        if (self.at_rest is None and not self.clearances) or solution.status == "failed":
             return kept
         both = {**kept.variables, **self.values(solution)}
         return dataclasses.replace(kept, variables={name: both[name] for name in self.keep if name in both})

@@ -58,6 +58,10 @@ def calibrate(
     bounds : mapping, fitted key -> (low, high), numbers (SI) or texts with units, within which the fit stays; without
         them within what the key allows
 
+    Returns
+    -------
+    Calibration
+
     Raises
     ------
     InputError

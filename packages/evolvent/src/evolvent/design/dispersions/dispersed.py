@@ -86,11 +86,11 @@ def disperse(
     changes = {} if until is None else {"set": {"simulate.until": until}}
     asked = study if isinstance(study, Study) else read_study(study, changes)
     wanted = _limits(asked)
-    asked = dataclasses.replace(asked, keep=tuple(dict.fromkeys((*asked.keep, *(one.keep for one in wanted)))))
+    keep = tuple(dict.fromkeys((*asked.keep, *(one.keep for one in wanted))))
+    asked = dataclasses.replace(asked, keep=keep, limits=tuple(dataclasses.asdict(one) for one in wanted))
     check(asked)
     found = runner.sweep(asked, output=output, workers=workers, scheduler=scheduler, progress=progress, report=report)
-    evaluated = evaluate(found, coverage=coverage, confidence=confidence)
-    return dataclasses.replace(evaluated, limits=tuple(_met(one, found) for one in wanted))
+    return evaluate(found, coverage=coverage, confidence=confidence)
 
 
 def _limits(study: Study) -> tuple[limits.Requirement, ...]:
@@ -113,7 +113,11 @@ def _limits(study: Study) -> tuple[limits.Requirement, ...]:
         case = cases.load(study.content, study.fixed)
         return list(cases.system(case.system).margin(case, motion=False).names)
 
-    return limits.of_texts(texts, limits.Names(start, coordinates, "it asks for"))
+    def parts() -> Mapping[str, Any]:
+        case = cases.load(study.content, study.fixed)
+        return cases.system(case.system).system(case).parts
+
+    return limits.of_texts(texts, limits.Names(start, coordinates, parts, "it asks for"))
 
 
 def _met(one: limits.Requirement, dataset: xr.Dataset) -> Met:
@@ -173,6 +177,10 @@ def evaluate(dataset: xr.Dataset, *, coverage: float = 0.95, confidence: float =
     coverage : share of all runs that a bound covers
     confidence : of bounds and intervals
 
+    Returns
+    -------
+    Dispersion
+
     Raises
     ------
     InputError
@@ -216,6 +224,7 @@ def evaluate(dataset: xr.Dataset, *, coverage: float = 0.95, confidence: float =
     return Dispersion(
         dataset=dataset, name=str(content.get("study", "study")), sample=sample, count=failed.size, coverage=coverage,
         confidence=confidence, draws=own, outputs=tuple(outputs), failures=failures, notes=tuple(notes),
+        limits=tuple(_met(limits.Requirement(**one), dataset) for one in json.loads(dataset.attrs.get(LIMITS, "[]"))),
     )  # fmt: skip
 
 

@@ -291,7 +291,7 @@ def _names_of(system: Any, case: Any) -> limits.Names:
         plan = system.plan(case)
         return plan.start() if plan.start is not None else None
 
-    return limits.Names(start, lambda: system.margin(case, motion=False).names)
+    return limits.Names(start, lambda: system.margin(case, motion=False).names, lambda: system.system(case).parts)
 
 
 def paths(names: str, content: Mapping[str, Any]) -> list[str]:

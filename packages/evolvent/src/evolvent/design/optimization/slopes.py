@@ -55,7 +55,7 @@ class Slopes:
         elif runs.problem.dispersed is not None:
             self._give_up("results are quantiles")
         elif any(name.rpartition(".")[2] != AT_REST for name in self._margins):
-            self._give_up("margins along the run have none")
+            self._give_up("margins along the run and clearances have none")
         elif way == AUTO and others_of(runs.problem.keep):
             self._most = 1  # until one is found
             self._choose()

@@ -62,6 +62,14 @@ _LAZY = {
 def open(folder: str | os.PathLike[str]) -> xr.Dataset:  # noqa: A001  (named as evolvent.open is)
     """Read the results of a study.
 
+    Parameters
+    ----------
+    folder : str or path, in which the study was run
+
+    Returns
+    -------
+    xarray.Dataset, as `evolvent.sweep` returned it
+
     Raises
     ------
     InputError

@@ -32,6 +32,14 @@ def built_in() -> dict[str, str]:
 def text(name: str) -> str:
     """A built-in study as the text that a user edits.
 
+    Parameters
+    ----------
+    name : str, of the study
+
+    Returns
+    -------
+    str, YAML
+
     Raises
     ------
     InputError

@@ -13,6 +13,7 @@ from evolvent.design.evaluator.record import CaseTable
 from evolvent.design.evaluator.sources import sources, versions
 from evolvent.design.studies.axes import Axis
 from evolvent.design.studies.study import Study
+from evolvent.results.limits import LIMITS
 from evolvent_base import __version__
 
 
@@ -62,6 +63,7 @@ def dataset(study: Study, rows: CaseTable) -> xr.Dataset:
             "version": __version__,
             "versions": json.dumps(versions()),
             "sources": sources(),
+            **({LIMITS: json.dumps(study.limits)} if study.limits else {}),
         }
     )
 

@@ -55,6 +55,7 @@ class Study:
     files : dict, files that the cases read -> SHA-256 of their content
     tables : dict, the same of files in whose place the rows stand
     text : str, the study as YAML that holds its whole case and can be swept again
+    limits : tuple of mapping, limits of the case whose values are kept, as the results hold them
     """
 
     name: str
@@ -73,6 +74,7 @@ class Study:
     start_key: str = ""
     files: Mapping[str, str] = dataclasses.field(default_factory=dict)
     tables: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    limits: tuple[Mapping[str, Any], ...] = ()
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -92,7 +94,17 @@ class Study:
         return math.prod(self.shape)
 
     def overrides(self, index: int, stage: str | None = None) -> dict[str, Any]:
-        """What case `index` changes in a stage (the first if left out), key -> value, with what all change."""
+        """What a case changes, with what all change.
+
+        Parameters
+        ----------
+        index : int, of the case, from 0
+        stage : str, name of a stage, the first if left out
+
+        Returns
+        -------
+        dict, key -> value
+        """
         places = np.unravel_index(index, self.shape)
         if self.sample != "grid":
             places = places * len(self.axes)
@@ -106,7 +118,16 @@ class Study:
         return found
 
     def case_seed(self, index: int) -> int:
-        """The seed of case `index`: the same however the cases are spread over workers."""
+        """The seed of a case: the same however the cases are spread over workers.
+
+        Parameters
+        ----------
+        index : int, of the case, from 0
+
+        Returns
+        -------
+        int
+        """
         state = np.random.SeedSequence(self.seed, spawn_key=(index,)).generate_state(1, np.uint64)
         return int(state[0]) % (self.seed_most + 1)
 
@@ -144,6 +165,10 @@ def read(
         are named from the current folder on.
     folder : str, optional
         Folder that files which the study names must be in, or below; that of the study, of a mapping the current one.
+
+    Returns
+    -------
+    Study
 
     Raises
     ------

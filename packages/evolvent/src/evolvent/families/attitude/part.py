@@ -60,7 +60,7 @@ class ReactionWheel(Part):
         Torque of the motor as a function of time, N m, added to `torque`.
     law : optional
         Torque of the motor, N m, added to both: an expression of the wheel's angle x (rad), its rate v (rad/s) and t
-        (s), or a function under ``@evolvent.spring_law``: ``law(angle, rate, t, parameters) -> torque``.
+        (s), or a function under ``@evolvent.law``: ``law(angle, rate, t, parameters) -> torque``.
     parameters : list of float
         Of a Python law.
     constants : mapping of names to float

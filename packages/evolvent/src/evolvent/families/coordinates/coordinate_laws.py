@@ -9,10 +9,10 @@ import math
 from numba import types, void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.compiled.lookups import motor_law_at
+from evolvent.compiled.lookups import spring_law_at
 from evolvent.families.coordinates.joint_friction import taken_by_friction
-from evolvent.kernels.law_means import FOLLOWS, MOTOR, following_torque, scalar_mean, scalar_slope
-from evolvent.kernels.law_slopes import motor_law_slope
+from evolvent.kernels.law_means import FOLLOWS, SPRING, following_torque, scalar_mean, scalar_slope
+from evolvent.kernels.law_slopes import spring_law_slope
 from evolvent.kernels.profile import profile
 from evolvent.model import BY_DAMPER, BY_FRICTION, BY_LATCH, FRICTION_FORCE, MODEL
 
@@ -50,9 +50,9 @@ def add_motors(t, share, s, model):
         elif motors[k].kind == BY_PROFILE:
             torque = profile(t, motors[k].first, model)
         elif motors[k].kind == BY_LAW and over == 0.0:
-            torque = motor_law_at(motors[k].law)(t, x, v, p)
+            torque = spring_law_at(motors[k].law)(x, v, t, p)
         elif motors[k].kind == BY_LAW:
-            torque = scalar_mean(MOTOR, motors[k].law, x, v, t, over, p, 0.0, motors[k].limit, model)
+            torque = scalar_mean(SPRING, motors[k].law, x, v, t, over, p, 0.0, motors[k].limit, model)
         elif motors[k].kind == BY_VOLTAGE:
             constant = motors[k].constant
             torque = constant * (profile(t, motors[k].first, model) - constant * v) / motors[k].resistance
@@ -89,14 +89,14 @@ def measure_motor_slopes(model):
             continue
         p = model.parameters[motors[k].first : motors[k].last]
         if over != 0.0 and motors[k].kind in (BY_MOTION, BY_LAW):
-            kind, law = (FOLLOWS, k) if motors[k].kind == BY_MOTION else (MOTOR, motors[k].law)
+            kind, law = (FOLLOWS, k) if motors[k].kind == BY_MOTION else (SPRING, motors[k].law)
             slope = scalar_slope(kind, law, x, 1.0, v, 0.0, t, over, p, 0.0, motors[k].limit, 1.0, model)
             damper = scalar_slope(kind, law, x, 0.0, v, 1.0, t, over, p, 0.0, motors[k].limit, 1.0, model)
         elif motors[k].kind == BY_MOTION:
             _, slope, damper = following_torque(t, x, v, motors, k, model)
         elif motors[k].kind == BY_LAW and abs(motors[k].torque) < motors[k].limit:
-            slope = motor_law_slope(motors[k].law, x, 1.0, v, 0.0, t, p)
-            damper = motor_law_slope(motors[k].law, x, 0.0, v, 1.0, t, p)
+            slope = spring_law_slope(motors[k].law, x, 1.0, v, 0.0, t, p, 1.0)
+            damper = spring_law_slope(motors[k].law, x, 0.0, v, 1.0, t, p, 1.0)
         elif motors[k].kind == BY_VOLTAGE and abs(motors[k].torque) < motors[k].limit:
             damper = -motors[k].constant * motors[k].constant / motors[k].resistance
         motors[k].slope, motors[k].damper = slope, damper

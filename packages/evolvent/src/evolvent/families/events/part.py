@@ -36,7 +36,7 @@ class Event(Part):
 
     Parameters
     ----------
-    law : an expression of t (s) and of `variables`, or a function under ``@evolvent.event_law``:
+    law : an expression of t (s) and of `variables`, or a function under ``@evolvent.law``:
         ``law(t, y, parameters) -> value``, y the state vector
     variables : mapping of names to quantities of parts: of points, free bodies, their points, and nodes of beams and
         rods ``ball.position.x``, ``boom.tip.velocity.y`` (m, m/s, inertial axes; off the centre of mass of a body

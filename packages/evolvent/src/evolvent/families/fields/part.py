@@ -29,7 +29,7 @@ class Field(Part):
         acceleration: by `law`. orbit: the system's axes rotate with the orbital frame, and its accelerations act.
     law : list of three expressions, optional
         ax, ay and az, m/s^2, of the position x, y, z (m), the velocity vx, vy, vz (m/s), inertial axes, and t (s); or a
-        function under ``@evolvent.force_law``: ``law(x, v, t, parameters) -> (ax, ay, az)``.
+        function under ``@evolvent.law``: ``law(x, v, t, parameters) -> (ax, ay, az)``.
     parameters : list of float
         Parameters of a Python law.
     constants : mapping of names to float

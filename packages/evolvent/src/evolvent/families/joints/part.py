@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from evolvent.assembly.builder import Builder
 from evolvent.elements.viscoelastic import Viscoelastic
@@ -21,6 +21,7 @@ from evolvent.parts.base import CoordinateNames, Group, Part, PointReference
 from evolvent.parts.law import PathDrive
 from evolvent_base import units
 from evolvent_base.errors import InputError
+from evolvent_base.schema import Meant
 
 #: Types whose two points coincide, or slide on one another.
 TOUCHING = ("spherical", "revolute", "universal", "clamp", *SLIDING)
@@ -30,6 +31,14 @@ _COUPLED = ("gear", "synchronization")
 _OTHERS: dict[str, Callable[[Joint, Builder, str], None]] = {
     "link": write_link, "guide": write_guide, "gear": write_gear, "synchronization": write_synchronization,
     "involute": write_driven,
+}  # fmt: skip
+
+
+#: Words of other programs for types of joints.
+_OTHER_WORDS = {
+    **dict.fromkeys(("fixed", "rigid", "weld", "welded"), "clamp"), **dict.fromkeys(("hinge", "pin"), "revolute"),
+    **dict.fromkeys(("ball", "ball-joint"), "spherical"), **dict.fromkeys(("slider", "sliding"), "prismatic"),
+    "cardan": "universal",
 }  # fmt: skip
 
 
@@ -165,9 +174,12 @@ class Joint(Part):
     symbol = "joint"
     a: PointReference | None = None
     b: PointReference | None = None
-    type: Literal[
-        "spherical", "revolute", "universal", "clamp", "prismatic", "cylindrical", "screw", "point-on-line",
-        "in-plane", "distance", "pulley", "link", "guide", "gear", "synchronization", "involute",
+    type: Annotated[
+        Literal[
+            "spherical", "revolute", "universal", "clamp", "prismatic", "cylindrical", "screw", "point-on-line",
+            "in-plane", "distance", "pulley", "link", "guide", "gear", "synchronization", "involute",
+        ],
+        Meant(_OTHER_WORDS),
     ] = "spherical"  # fmt: skip
     axis: units.Direction = (0.0, 0.0, 1.0)
     axis_b: units.Direction | None = None

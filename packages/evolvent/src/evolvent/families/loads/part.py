@@ -78,11 +78,11 @@ class Load(Part):
         Value along `direction` or about `axis` as a function of time: N, N/m, Pa or N m.
     law : list of three expressions, optional
         fx, fy and fz, N or N/m, of the position x, y, z (m), the velocity vx, vy, vz (m/s), inertial axes, and t (s),
-        such as a drag; or a function under ``@evolvent.force_law``: ``law(x, v, t, parameters) -> (fx, fy, fz)``. Of a
-        torque (`type`) Tx, Ty and Tz, N m: vx, vy, vz are the angular velocity (rad/s), and on a body r11 to r33 its
-        rotation matrix, whose columns are its axes; or a function under ``@evolvent.torque_law``:
-        ``law(t, x, R, w, parameters)``. On a beam's node there is no R: an expression without it, or a function under
-        ``@evolvent.force_law``.
+        such as a drag; or a function under ``@evolvent.law``: ``law(x, v, t, parameters) -> (fx, fy, fz)``. Of a
+        torque (`type`) Tx, Ty and Tz, N m: vx, vy, vz are the angular velocity w (rad/s), and on a body r11 to r33 its
+        rotation matrix R, whose columns are its axes; or a function under ``@evolvent.law``:
+        ``law(t, x, R, w, parameters) -> (Tx, Ty, Tz)``. On a beam's node there is no R: an expression without it, or a
+        function ``law(x, w, t, parameters) -> (Tx, Ty, Tz)``.
     parameters : list of float
         Of a Python law.
     constants : mapping of names to float
@@ -399,7 +399,7 @@ def _is_torque(keys: Mapping[str, Any]) -> bool:
 def _attitude(law: Any) -> int:
     """Whether the law of a torque on a body is called with its attitude, and whether the load follows it."""
     if callable(law):
-        return int(kernels.FOLLOWS) * int(law.law_kind == "torque")
+        return int(kernels.FOLLOWS) * int(law.of("torque").law_kind == "torque")
     used = {name for text in law for name in expressions.names(text)}
     follows = any(name[0] == "r" and name[1:].isdigit() for name in used)
     return int(kernels.FOLLOWS) if follows else 1

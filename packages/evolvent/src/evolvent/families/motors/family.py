@@ -142,7 +142,7 @@ def _loss(mechanism: Any, share: Any, at: Any, direction: Any, still: bool) -> f
 def _at_coordinate(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any, ...]]:
     (time, y, s), coordinates, at = moment, model.coordinates, int(model.motors["coordinate"][k])
     axial.measure_coordinate(y, s, coordinates, model.bodies, at)
-    yield time, float(coordinates["angle"][at]), float(coordinates["rate"][at])
+    yield float(coordinates["angle"][at]), float(coordinates["rate"][at]), time
 
 
 # motors on coordinates: by a profile (kind 0), a user's law (1), PD to a drive's motion (2), a voltage (3) or a
@@ -174,7 +174,7 @@ MOTORS = Family(
     accounts=(Accounts(1, order=2),),
     laws=(
         Law(DRIVE, lambda found: (found["kind"] == BY_MOTION) & (found["drive"] == LAW)),
-        Law("motor", lambda found: found["kind"] == BY_LAW, _at_coordinate),
+        Law("spring", lambda found: found["kind"] == BY_LAW, _at_coordinate),
     ),
     times=("until",),
     shares=Shares((Rule(MOTOR),), place=4, power=_motor_power, force=_motor_force),

@@ -12,7 +12,7 @@ from evolvent.families.joints.part_release import ReleaseName, release_fields
 from evolvent.parts.applies import OF_LAW, Applies, given, left_out
 from evolvent.parts.base import CoordinateName, Group, Part
 from evolvent.parts.drive import FreeSpool
-from evolvent.parts.law import Constants, MotorLaw, Parameters, PathDrive, write_law
+from evolvent.parts.law import Constants, Parameters, PathDrive, SpringLaw, write_law
 from evolvent.parts.profile import CurrentProfile, Profile, TorqueOrForceProfile, VoltageProfile, write_profile
 from evolvent_base import units
 from evolvent_base.errors import InputError
@@ -33,7 +33,7 @@ class Motor(Part):
         Function of time: a table of rows [time, value], or one of the keys ramp, sine, pulse, constant, expression.
     law : expression or function
         Torque in place of a profile: an expression of the coordinate x (rad or m), its rate v and t (s), or a function
-        under ``@evolvent.motor_law``: ``law(t, x, v, parameters) -> torque``.
+        under ``@evolvent.law``: ``law(x, v, t, parameters) -> torque``.
     parameters : list of float
         Of a Python law.
     constants : mapping of names to float
@@ -99,7 +99,7 @@ class Motor(Part):
     symbol = "motor"
     joint: CoordinateName
     torque: TorqueOrForceProfile | None = None
-    law: MotorLaw | None = None
+    law: SpringLaw | None = None
     parameters: Parameters = ()
     constants: Constants | None = None
     motion: PathDrive | None = None
@@ -226,7 +226,7 @@ class Motor(Part):
             row |= {"kind": kinds[way], "first": first, "last": last}
         elif self.law is not None:
             row |= {"kind": coordinate_laws.BY_LAW}
-            row |= write_law(builder, name, self.law, "motor", self.parameters, self.constants)
+            row |= write_law(builder, name, self.law, "spring", self.parameters, self.constants)
         elif self.motion is not None:
             drive = self.motion.write(builder, f"{name}.motion")
             row |= {"kind": coordinate_laws.BY_MOTION, "drive": drive.kind, "law": drive.law}

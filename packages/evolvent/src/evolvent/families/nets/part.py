@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Collection, Iterator
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
@@ -24,6 +23,7 @@ from evolvent.parts.base import Group, Part, Reference, unit
 from evolvent_base import units
 from evolvent_base.errors import InputError
 from evolvent_base.file_keys import FileKey, digest
+from evolvent_base.schema import members
 
 Array = np.ndarray
 #: How far a rim node may be from the node that holds it, beside the diameter of the aperture.
@@ -280,7 +280,7 @@ class Net(Part):
 
     def springs(self, parts: Collection[str]) -> list[str]:
         """Names of the joint springs that unfold, of the names of parts before the net."""
-        return [own for one in self.unfold for own in _numbered(one, parts)]
+        return [own for one in self.unfold for own in members(parts, one) or [one]]
 
     def _slack(
         self, builder: Builder, name: str, x: Array, found: Whole, held: dict[int, Any], lengths: Array
@@ -317,7 +317,7 @@ class Net(Part):
     def _held(self, builder: Builder, key: str, rim: tuple[str, ...], nodes: Array, wanted: Array,
               poses: list[Pose]) -> dict[int, Any]:  # fmt: skip
         """What holds each of some nodes at wanted places, in the axes of the net: a body, and a place of it."""
-        parts = [own for one in rim for own in _numbered(one, builder.names)]
+        parts = [own for one in rim for own in members(builder.names, one) or [one]]
         at: list[tuple[int, Array]] = []
         for part in parts:
             if part not in builder.names:
@@ -390,12 +390,6 @@ class Net(Part):
             aperture=self.surface.diameter,
         )  # fmt: skip
         builder.names[name] = ("nets", index)
-
-
-def _numbered(name: str, parts: Collection[str]) -> list[str]:
-    """A part, or all that are repeated of it."""
-    found = [one for one in parts if re.fullmatch(rf"{re.escape(name)} \d+", one)]
-    return found if found and name not in parts else [name]
 
 
 def _place(poses: list[Pose], held: tuple[int, Array]) -> Array:

@@ -9,6 +9,7 @@ import numpy as np
 from evolvent.assembly.builder import Builder
 from evolvent.elements.viscoelastic import Viscoelastic
 from evolvent.families.relaxation.family import add_branches, add_terms
+from evolvent.families.springs.part_table import ForceTable, write_table
 from evolvent.kernels import markers
 from evolvent.parts.applies import OF_LAW, Applies, given, left_out
 from evolvent.parts.base import Group, Part, PointReference, unit
@@ -38,9 +39,12 @@ class Spring(Part):
         Whether the spring only pulls, as a lanyard or a bungee: it has no force while it is shorter than its natural
         length, nor while its damper would push. A viscoelastic one is slack while it is shorter than the length at
         which its relaxed tension is zero, and recovers meanwhile.
+    table : rows [extension, tension], m and N, optional
+        Measured line of the spring, in place of stiffness: tension over the extension from `length`, below 0 where it
+        pushes; straight lines between the rows, and the tension of the first and the last row beyond them.
     law : optional
         Tension (N) in place of stiffness and damping: an expression of the extension x (m), its rate v (m/s) and t (s),
-        or a function under ``@evolvent.spring_law``: ``law(extension, rate, t, parameters) -> tension``.
+        or a function under ``@evolvent.law``: ``law(extension, rate, t, parameters) -> tension``.
     parameters : list of float
         Of a Python law.
     constants : mapping of names to float
@@ -53,8 +57,9 @@ class Spring(Part):
 
     applies: ClassVar[Applies] = {
         **OF_LAW,
-        "slack": (left_out("law", "lateral_stiffness", "lateral_damping"),),
-        "viscoelastic": (given("stiffness"), left_out("law", "lateral_stiffness", "lateral_damping")),
+        "table": (left_out("law", "stiffness"),),
+        "slack": (left_out("law", "table", "lateral_stiffness", "lateral_damping"),),
+        "viscoelastic": (given("stiffness"), left_out("law", "table", "lateral_stiffness", "lateral_damping")),
         "axis": (given("lateral_stiffness", "lateral_damping"),),
     }
     kind: Literal["spring"] = "spring"
@@ -66,6 +71,7 @@ class Spring(Part):
     length: units.LengthOrZero | None = None
     viscoelastic: Viscoelastic | None = None
     slack: bool = False
+    table: ForceTable | None = None
     law: SpringLaw | None = None
     parameters: Parameters = ()
     constants: Constants | None = None
@@ -95,7 +101,12 @@ class Spring(Part):
         law = {"law": 0, "first": 0, "last": 0}
         if self.law is None:
             refuse_without_law(name, self)
-        else:
+        if self.table is not None:
+            for key in ("law", "stiffness", "slack", "viscoelastic"):
+                if getattr(self, key):
+                    raise InputError(f"{name}.table and {name}.{key} are both given; leave one of them out")
+            law = write_table(builder, name, self.table, self.damping)
+        elif self.law is not None:
             law = write_law(builder, name, self.law, "spring", self.parameters, self.constants)
         length = norm(apart) if self.length is None else self.length
         if self.slack:
@@ -109,7 +120,7 @@ class Spring(Part):
             a=a,
             b=b,
             stiffness=self.stiffness,
-            damping=self.damping,
+            damping=0.0 if self.table is not None else self.damping,
             length=length,
             slack=int(self.slack),
             lateral_stiffness=self.lateral_stiffness,

@@ -10,6 +10,7 @@ from pydantic import GetJsonSchemaHandler
 from pydantic_core import PydanticCustomError
 
 from evolvent.assembly.builder import Builder
+from evolvent.compiled.laws import FORMS
 from evolvent.parts.base import Group, Part, PointReferences
 from evolvent_base import units
 from evolvent_base.errors import InputError
@@ -17,9 +18,9 @@ from evolvent_base.schema import Annotation
 
 
 class _Law(Annotation):
-    """A pydantic annotation: a function under ``@evolvent.element_law``; case files hold none."""
+    """A pydantic annotation: a function under ``@evolvent.law``; case files hold none."""
 
-    allowed = "a function under @evolvent.element_law, given in Python"
+    allowed = "a function under @evolvent.law, given in Python"
 
     def read(self, value: Any) -> Any:
         """The function, as it is."""
@@ -51,7 +52,7 @@ class CustomForce(Part):
     points : list of point
         Point masses, points of bodies, nodes of beams, positions on the ground: "mass", "hub.left", ("hub", (x, y, z)),
         "boom.tip".
-    law : function under ``@evolvent.element_law``
+    law : function under ``@evolvent.law``
         ``law(t, x, v, parameters, f) -> (energy, power)``: from the positions x and velocities v of the k points,
         (3 k,) each, it adds to f : (3 k,) the forces on them, and returns the energy stored (J) and the power
         dissipated (W); the work of a law that always returns zeros is work of loads.
@@ -86,7 +87,9 @@ class CustomForce(Part):
             raise InputError(f"{name}.points is empty; a custom force needs a point to act on")
         law, parameters = self.law_and_parameters(np.array([builder.marker_state(marker)[0] for marker in own]))
         if law is None:
-            raise InputError(f"{name}.law is missing; it must be a function under @evolvent.element_law")
+            raise InputError(
+                f"{name}.law is missing; it must be a function under @evolvent.law, {FORMS['element'].text}"
+            )
         first, last = builder.parameters(parameters)
         address = builder.law(law, "element", key=f"{name}.law")
         row = builder.add("custom_forces", law=address, first=first, last=last, first_marker=own[0], points=len(own))

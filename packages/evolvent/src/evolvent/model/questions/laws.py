@@ -20,7 +20,7 @@ class Law:
 
     Attributes
     ----------
-    kind : str, of `compiled.laws.RETURNS`; one of time alone is a `DRIVE`
+    kind : str, of `compiled.laws.FORMS`; one of time alone is a `DRIVE`
     which : function of the records to a mask of those that call one
     arguments : function of the model, the index of a record and a moment to the arguments of each call, but for the
         parameters, after `kernels.impulse.prepare`; with True as the fourth argument at all places, else at one of
