@@ -443,7 +443,7 @@ def plain(name: str) -> str:
 def _loaded(path: pathlib.Path, stamp: tuple[int, ...]) -> tuple[Any, Any, Any]:
     found = results.open(path)
     module = cases.presenter(found)
-    return found, module.numbers(found), module.figures(found)
+    return found, module.numbers(found), [figure.whole or figure for figure in module.figures(found)]
 
 
 @functools.lru_cache(maxsize=_KEPT)
