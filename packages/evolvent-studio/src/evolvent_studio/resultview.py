@@ -10,14 +10,22 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from evolvent import cases
-from evolvent.results import variables
+from evolvent.results import WELL, limits, variables
 from evolvent.results.happened import events_of
 from evolvent.view import show
 from evolvent_base.errors import EvolventError
 from evolvent_studio import charts, comparison, exports, exportview
 from evolvent_studio.context import Context
 from evolvent_studio.elements import ChartElement, MotionElement, table
-from evolvent_studio.jobview import STATUS, ask_title, changes_text, date_text, draw_job, since_text
+from evolvent_studio.jobview import (
+    STATUS,
+    ask_title,
+    changes_text,
+    date_text,
+    draw_job,
+    draw_limits,
+    since_text,
+)
 from evolvent_studio.state import Loaded
 
 if TYPE_CHECKING:
@@ -76,13 +84,20 @@ class ResultView:
     def _one(self, loaded: Loaded) -> None:
         attrs = loaded.run.attrs
         with ui.element("div").classes("ev-titlebar").props('data-testid="result"'):
-            ui.label(f"Equilibrium {loaded.name}" if attrs["method"] == "static" else loaded.name).classes("ev-h1")
+            title = (str(attrs.get("title") or "") if loaded.file else "") or loaded.name
+            ui.label(f"Equilibrium {title}" if attrs["method"] == "static" else title).classes("ev-h1")
             if loaded.ref.startswith("job:"):
                 key = loaded.ref.partition(":")[2]
                 pencil = ui.button(icon="edit", on_click=lambda: ask_title(self.page, key))
                 pencil.props('flat dense round size=sm color=primary data-testid="rename"').tooltip("rename this run")
-            status = attrs["status"]
-            ui.label(STATUS.get(status, status)).classes(f"ev-status {status.split()[0]}")
+            status, checked = attrs["status"], limits.of_run(loaded.run)
+            met = sum(one.is_met for one in checked)
+            if checked:
+                draw_limits(met, len(checked))
+            look = "interrupted" if status in WELL and met < len(checked) else status.split()[0]
+            ui.label(STATUS.get(status, status)).classes(f"ev-status {look}")
+            if loaded.file:
+                ui.label(loaded.file).classes("ev-status")
             ui.label(f"{attrs['system']}, version {attrs['version']}").classes("ev-status")
             ui.element("div").style("flex:1")
             ui.button("Open its case", on_click=lambda: self._open(loaded)).props("flat dense color=primary")

@@ -18,6 +18,7 @@ from typing import Any
 import lazy_loader as lazy
 
 from evolvent import cases, results
+from evolvent.results import limits
 from evolvent.view import animation
 from evolvent_base import progress, showing
 from evolvent_base.answer import Table
@@ -148,6 +149,8 @@ def _run(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
         found = plan.run(lambda reached: report.reached(reached, plan.duration))
     found.attrs["case"] = text
     results.save(found, place / RUN)
+    if checked := limits.of_run(found):
+        report.send(limits=[sum(one.is_met for one in checked), len(checked)])
     report.send(status=found.attrs["status"], message=found.attrs["message"])
 
 
