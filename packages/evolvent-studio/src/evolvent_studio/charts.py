@@ -207,7 +207,10 @@ def _series(line: Line, name: str, run: int | None, log: bool, *, mark: int = -1
     label = text if run is None else f"{name}: {text}" if text else name
     drawn = line.style.strip() != ""
     shape = _MARKS[mark % len(_MARKS)] if drawn and mark >= 0 and not line.marker else "none"
-    own = {"symbol": "circle" if line.marker else shape, "showSymbol": bool(line.marker) and (len(x) <= 400 or not drawn)}
+    own = {
+        "symbol": "circle" if line.marker else shape,
+        "showSymbol": bool(line.marker) and (len(x) <= 400 or not drawn),
+    }
     if shape != "none" and len(x) > 1:
         own["markPoint"] = {
             "silent": True, "animation": False, "symbol": shape, "symbolSize": 8, "label": {"show": False},

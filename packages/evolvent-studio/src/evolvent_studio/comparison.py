@@ -40,7 +40,9 @@ def differing(texts: Sequence[str]) -> list[list[str]]:
         ]
         place = min((at for at, _ in found), key=len)
         rows[place] = [text_of(value) for _, value in found]
-    return [[key, *own, difference(own), ""] for key, own in rows.items()] or [["nothing", *("" for _ in texts), "", ""]]
+    return [[key, *own, difference(own), ""] for key, own in rows.items()] or [
+        ["nothing", *("" for _ in texts), "", ""]
+    ]
 
 
 def results(runs: Sequence[Sequence[Number]]) -> list[list[str]]:

@@ -41,6 +41,7 @@ class _Extra(BaseModel, strict=True):
     since: list[Annotated[list[str], Field(min_length=2, max_length=2)]] | None = None
     modes: list[list[float]] = []
     limits: Annotated[list[int], Field(max_length=2)] = []
+    unstated: list[str] = []
 
 
 class _Content(BaseModel, strict=True, allow_inf_nan=False):
@@ -74,7 +75,7 @@ class Job:
     elapsed : float, s, that it took or takes
     extra : when it was added ("date"), and what a job of its kind has: the case that it is a change of and what
         differs, the run before it and what differs from that, signals, head and rows of a table, warnings, modes,
-        limits that are met and all of them
+        limits that are met and all of them, a coordinate and its resistances that are neither given nor zero
     digest : str, SHA-256 of its case
     own : bool, whether this installation has queued it
     """

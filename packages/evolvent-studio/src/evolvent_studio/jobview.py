@@ -10,6 +10,7 @@ from evolvent_base.errors import counted
 from evolvent_studio.changes import ADDED, REMOVED
 from evolvent_studio.context import Context
 from evolvent_studio.job import Job
+from evolvent_studio.zeroview import draw_zeros
 
 #: How a job ended, in a word.
 STATUS = {"stopped by event": "stopped", "success": "done", "interrupted": "cancelled"}
@@ -162,6 +163,7 @@ def draw_without(page: Context, job: Job) -> None:
     if job.sort.many and job.end > 0.0:
         message += f"; {job.reached:.0f} of {job.end:.0f} {job.sort.many} are done"
     draw_folded(message[:1].upper() + message[1:], f"ev-banner {kind}").props('data-testid="message"')
+    draw_zeros(page, job)
     if job.sort.resumed:
         button = ui.button(
             f"Continue the {job.sort.title.lower()}",

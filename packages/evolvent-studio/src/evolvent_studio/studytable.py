@@ -118,4 +118,3 @@ def rows(study: xr.Dataset, dims: Sequence[str], keys: Sequence[str]) -> list[li
             labels = [str(study[dim].values[k]) if dim in study.coords else str(k) for dim, k in at.items()]
             add(f"{'.'.join([str(name), *labels])}{unit_of(one)}", one.isel(at))
     return [[visible(name) for name, _ in columns], *map(list, zip(*(own for _, own in columns), strict=True))]
-

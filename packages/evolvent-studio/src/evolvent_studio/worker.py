@@ -18,6 +18,7 @@ from typing import Any
 import lazy_loader as lazy
 
 from evolvent import cases, results
+from evolvent.analysis.margins.factors import Unstated
 from evolvent.results import limits
 from evolvent.view import animation
 from evolvent_base import progress, showing
@@ -65,6 +66,11 @@ def main(folder: str) -> int:
         compute = known.get(job["kind"]) or added_jobs.computation(job["kind"])
         compute(place, job, report)
     except EvolventError as error:
+        cause: BaseException | None = error
+        while cause is not None and not isinstance(cause, Unstated):
+            cause = cause.__cause__
+        if isinstance(cause, Unstated):
+            report.send(unstated=[cause.coordinate, *cause.missing])
         report.send(status="failed", message=str(error))
     except KeyboardInterrupt:
         report.send(status="interrupted", message="cancelled")

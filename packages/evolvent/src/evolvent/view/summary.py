@@ -78,7 +78,9 @@ def summary(run: xr.DataTree) -> tuple[Figure | None, set[str]]:
     if end >= time[-1]:
         return whole, drawn
     cut = [dataclasses.replace(panel, lines=[_until(line, end) for line in panel.lines]) for panel in panels]
-    title = f"Summary, up to {end:.3g} s: from there to {time[-1]:.6g} s no curve changes by more than {100 * _STILL:.0f} %"
+    title = (
+        f"Summary, up to {end:.3g} s: from there to {time[-1]:.6g} s no curve changes by more than {100 * _STILL:.0f} %"
+    )
     return dataclasses.replace(whole, title=title, panels=cut, whole=whole), drawn
 
 
