@@ -46,11 +46,10 @@ def differing(texts: Sequence[str]) -> list[list[str]]:
 
 
 def results(runs: Sequence[Sequence[Number]]) -> list[list[str]]:
-    """Results of runs, a row a number: what it is, its value in each run, the difference (of three or more the spread)
-    and the unit of all of them.
+    """Results of runs, a row a number: what it is, its value in each run, the difference and the unit of all of them.
 
-    Results of runs that say different things, and those without numbers, are one row with their texts. Components that
-    are nothing but round-off in every run have no row.
+    Of three or more runs the difference is the spread. Results of runs that say different things, and those without
+    numbers, are one row with their texts. Components that are nothing but round-off in every run have no row.
     """
     every = [{number.label: number for number in one if number.label != "warning"} for one in runs]
     rows: list[list[str]] = []

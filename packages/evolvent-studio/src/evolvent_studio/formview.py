@@ -13,7 +13,7 @@ from evolvent_studio import form, tables
 from evolvent_studio.form import Field, Group
 
 #: Seconds after the last key before what was typed is checked.
-_PAUSE = 0.15
+_PAUSE = 0.1
 
 
 def errors_text(count: int) -> str:

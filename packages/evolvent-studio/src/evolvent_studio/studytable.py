@@ -103,11 +103,11 @@ def rows(study: xr.Dataset, dims: Sequence[str], keys: Sequence[str]) -> list[li
         unit = units.unit_text(str(one.attrs.get("units", "1")))
         return f" [{unit}]" if unit not in ("1", "") else ""
 
-    for name in ("status", "reason"):
-        add(name, study[name])
+    for word in ("status", "reason"):
+        add(word, study[word])
     for key in keys:
         add(f"{key}{unit_of(study[key])}", study[key])
-    for name, one in study.data_vars.items():
+    for name, one in ((str(name), one) for name, one in study.data_vars.items()):
         rest = [str(dim) for dim in one.dims if dim not in dims]
         if name in ("status", "reason") or not set(dims) <= set(map(str, one.dims)):
             continue
@@ -116,5 +116,5 @@ def rows(study: xr.Dataset, dims: Sequence[str], keys: Sequence[str]) -> list[li
         for places in np.ndindex(*(one.sizes[dim] for dim in rest)):
             at = dict(zip(rest, places, strict=True))
             labels = [str(study[dim].values[k]) if dim in study.coords else str(k) for dim, k in at.items()]
-            add(f"{'.'.join([str(name), *labels])}{unit_of(one)}", one.isel(at))
+            add(f"{'.'.join([name, *labels])}{unit_of(one)}", one.isel(at))
     return [[visible(name) for name, _ in columns], *map(list, zip(*(own for _, own in columns), strict=True))]

@@ -21,15 +21,15 @@ _WIDE, _HIGH = 320, 70
 
 
 def pasted(text: str) -> str:
-    """Rows of a spreadsheet as they are written in a case; '' of any other text.
+    r"""Rows of a spreadsheet as they are written in a case; '' of any other text.
 
-    Columns stand apart by tabs, semicolons, commas or blanks; with tabs and semicolons numbers may have a decimal comma.
-    Units of a head go to the numbers below it.
+    Columns stand apart by tabs, semicolons, commas or blanks; beside tabs and semicolons numbers may have a decimal
+    comma. Units of a head go to the numbers below it.
 
     Examples
     --------
-    >>> pasted("time (ms)\\ttorque\\n0\\t0\\n10\\t0,5")
-    '[[0 ms, 0],\\n [10 ms, 0.5]]'
+    >>> pasted("time (ms)\ttorque\n0\t0\n10\t0,5")
+    '[[0 ms, 0],\n [10 ms, 0.5]]'
     """
     lines = [line.strip() for line in text.strip().splitlines() if line.strip()]
     if len(lines) < 2 or re.search(r"[\[\]{}:]", "".join(lines[1:])):
@@ -58,7 +58,7 @@ def _unit(cell: str) -> str:
 
 
 def curve(text: str) -> tuple[list[tuple[float, float]], tuple[str, str]]:
-    """The first two columns of rows as points, and their units, those of the first row that has some; none of others."""
+    """The first two columns of rows as points, and the units of both, those of the first rows that have some."""
     try:
         rows = cases.parse_yaml(text, "rows") if text.strip().startswith("[") else None
     except InputError:
@@ -99,7 +99,8 @@ def draw_curve(text: str, names: Sequence[str]) -> None:
     ends = [(min(column), max(column)) for column in zip(*points, strict=True)]
     (x0, x1), (y0, y1) = ends
     at = " ".join(
-        f"{4 + (_WIDE - 8) * (x - x0) / ((x1 - x0) or 1.0):.1f},{_HIGH - 4 - (_HIGH - 8) * (y - y0) / ((y1 - y0) or 1.0):.1f}"
+        f"{4 + (_WIDE - 8) * (x - x0) / ((x1 - x0) or 1.0):.1f},"
+        f"{_HIGH - 4 - (_HIGH - 8) * (y - y0) / ((y1 - y0) or 1.0):.1f}"
         for x, y in points
     )
     with ui.element("svg").props(f'viewBox="0 0 {_WIDE} {_HIGH}" preserveAspectRatio=none aria-hidden=true'):

@@ -39,7 +39,7 @@ class Seat(NamedTuple):
     axis: Array
 
 
-#: Variable of a part that is 1 while it holds and 0 once it is released; its symbol, and those on it, are drawn so long.
+#: Variable of a part that is 1 while it holds, 0 once it is released; its symbol, and those on it, are drawn so long.
 HOLDS = "closed"
 Drawn = Callable[[View, str, Observed], None]
 Placed = Callable[[View, str, Any], Seat | None]
