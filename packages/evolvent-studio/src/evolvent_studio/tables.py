@@ -39,7 +39,7 @@ def pasted(text: str) -> str:
     if mark in ("\t", ";"):
         rows = [[re.sub(r"^([-+]?\d*),(\d)", r"\1.\2", cell) for cell in row] for row in rows]
     behind = [""] * len(rows[0])
-    if not all(_NUMBER.fullmatch(cell) for cell in rows[0]):
+    if not any(_NUMBER.fullmatch(cell) for cell in rows[0]):
         behind = [next((f" {one}" for one in match.groups() if one), "") if (match := _UNIT.search(cell)) else ""
                   for cell in rows.pop(0)]  # fmt: skip
     whole = len(rows) > 0 and {len(row) for row in rows} == {len(behind)} and len(behind) > 1
