@@ -56,6 +56,7 @@ def folder(work):
     (place / "timed.csv").write_text("time (ms),sensor (mm)\n" + rows)
     (place / "untimed.csv").write_text("a,b\n" + "".join(f"{k % 7},{k % 5}\n" for k in range(50)))
     content = cases.content_of("boom-slew", {"simulate.until": "0.4 s"})
+    content["limits"] = ["hub.rate.magnitude <= 1 rad/s", "boom.tip_deflection.magnitude <= 1 nm"]
     (place / "slew.yaml").write_text(cases.dump(content))
     (place / "cantilever.yaml").write_text(CANTILEVER)
     run = evolvent.run(content)
@@ -446,6 +447,14 @@ def test_the_start_follows_what_is_typed(page, shots):
     reaches(page, 2.2)
     page.locator(f"{part('start')} >> text=the last complete state").wait_for(state="hidden")
     assert page.locator(part("run")).is_enabled()
+    # rows from a spreadsheet, with the curve that they are
+    page.click(part("part-slew"))
+    profile = page.locator(part("field-parts.slew.profile"))
+    profile.fill("time (s)\ttorque (mN m)\n0\t0\n1\t150,5\n2\t-80\n4\t0")
+    page.locator(".ev-curve >> text=4 rows: time 0 to 4 s, value -80 to 150.5 mN m").wait_for()
+    assert profile.input_value() == "[[0 s, 0 mN m],\n [1 s, 150.5 mN m],\n [2 s, -80 mN m],\n [4 s, 0 mN m]]"
+    assert len(page.locator(".ev-curve polyline").get_attribute("points").split()) == 4
+    assert page.locator(part("run")).is_enabled()
 
 
 def test_a_structure_is_built_up_renamed_and_taken_apart(page, shots):
@@ -555,6 +564,10 @@ def test_a_structure_is_run_and_its_variables_are_drawn(page, server, folder, sh
     page.wait_for_selector(f"{part('charts')} canvas")
     page.wait_for_selector(part("play"))
     assert page.locator(f"{part('main')} >> text=boom.tip_deflection").first.is_visible()
+    assert "Slew of a hub with a boom" in page.locator(part("result")).inner_text(), "a run has the title of its case"
+    for place in (part("result"), ".ev-job.on"):
+        assert page.locator(f"{place} {part('limits')}").inner_text() == "1 of 2 limits met"
+    assert not page.locator(f"{part('result')} .ev-status.success").count(), "a missed limit is not shown in green"
     titles = page.locator(".ev-tabs .q-tab__label").all_inner_texts()
     assert {"Beam", "Energy balance", "Variables"} <= set(titles)
     page.click(part("figure-chosen"))

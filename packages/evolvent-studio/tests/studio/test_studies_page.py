@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 import re
 import shutil
@@ -264,6 +266,12 @@ def test_failed_cases_are_marked_with_their_reason(page, shots):
     assert len(marks["data"]) == 3
     assert "stability limit" in marks["data"][0]["tooltip"]["formatter"]
     assert page.locator(f".q-field:has({part('output')})").inner_text().count("tip lag") == 1  # not the steps
+    with page.expect_download() as table:
+        page.click(part("study-table"))
+    rows = list(csv.DictReader(io.StringIO(table.value.path().read_text())))
+    assert [row["solver.step [s]"] for row in rows] == ["0.0001"] * 3 + ["0.02"] * 3
+    assert [row["status"] for row in rows] == ["success"] * 3 + ["failed"] * 3
+    assert "stability limit" in rows[4]["reason"]
     rows = page.locator(f"{part('failed-cases')} button")
     assert rows.count() == 3
     assert "stability limit" in page.locator(part("failed-cases")).inner_text()
@@ -316,6 +324,13 @@ def test_margins_of_the_open_case(page, shots):
     assert report.locator("figure img").count() == 1
     assert "every margin holds" in page.locator(part("message")).inner_text().lower()
     checked(page, shots, "margins")
+    for look, is_dark in (("dark", True), ("light", False)):
+        page.locator(part("theme")).get_by_text(look).click()
+        page.wait_for_function("look => document.querySelector('iframe')?.src.endsWith(look)", arg=look)
+        report.locator("text=every margin holds").wait_for()
+        back = report.locator("body").evaluate("e => getComputedStyle(e).backgroundColor.match(/\\d+/g).map(Number)")
+        assert (max(back) < 60) == is_dark
+    page.locator(part("theme")).get_by_text("auto").click()
 
 
 def test_a_category_that_is_not_declared_is_refused_by_name(page, shots):
@@ -326,8 +341,14 @@ def test_a_category_that_is_not_declared_is_refused_by_name(page, shots):
     assert "'hinge'" in message.inner_text()
     assert "Traceback" not in message.inner_text()
     checked(page, shots, "margins-refused")
-    page.click(part("open-job-case"))
+    assert page.locator(part("zero-done")).is_disabled()
+    page.click(part("zero-harness"))
+    page.click(part("zero-done"))
+    page.locator(part("message"), has_text="Every margin holds").wait_for()
+    page.click(part("tab-case"))
     page.locator("text=case of run").first.wait_for()
+    declared = page.locator(part("field-margin.zero"))
+    assert declared.input_value().endswith("harness]")
 
 
 def test_a_dispersion_of_the_open_case(page, folder, shots):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -11,8 +12,8 @@ import xarray as xr
 from evolvent import cases
 from evolvent.analysis.margins.factors import Unstated
 from evolvent.parts.registry import kinds
-from evolvent_base.figures import Number, Quantity
-from evolvent_studio import calibratepanel, comparison, fieldtypes, studytable, tables, zeroview
+from evolvent_base.figures import Figure, Line, Number, Panel, Quantity
+from evolvent_studio import calibratepanel, charts, comparison, fieldtypes, studytable, tables, zeroview
 from evolvent_studio.job import Job
 from evolvent_studio.jobview import status_of
 
@@ -101,6 +102,27 @@ def test_what_differs_between_cases_is_shown_as_it_was_written():
     texts = [cases.dump(cases.content_of("boom-slew", {"simulate.until": text})) for text in ("20 s", "500 ms")]
     assert comparison.differing(texts) == [["simulate.until", "20 s", "500 ms", "-19.5 s", ""]]
     assert comparison.differing(texts[:1] * 2)[0][0] == "nothing"
+
+
+def test_lines_of_runs_are_told_apart_by_marks_and_have_one_time():
+    def figure(end, count):
+        x = np.linspace(0.0, end, 50)
+        lines = [Line(x=x, y=k + x, label=f"line {k}") for k in range(count)]
+        latched = Line(x=x[5:6], y=np.zeros(1), style="", marker="o")
+        events = Panel(x_label="", y_label="", lines=[latched], y_names={0.0: "latched"})
+        return Figure(name="f", title="f", panels=[events, Panel(x_label="time, s", y_label="angle, deg", lines=lines)])
+
+    few = charts.compared([("a", figure(4.0, 2)), ("b", figure(6.0, 2))])
+    assert [(c.options["xAxis"]["min"], c.options["xAxis"]["max"]) for c in few] == [(0.0, 6.0)] * 2
+    assert few[0].options["yAxis"]["names"] == {"0": "latched"}
+    assert [s["symbol"] for s in few[1].options["series"]] == ["circle", "circle", "triangle", "triangle"], (
+        "of each run"
+    )
+    many = charts.compared([("a", figure(4.0, 5)), ("b", figure(6.0, 5))])[1].options
+    assert len({s["symbol"] for s in many["series"][:5]}) == 5, "of each line, since the colour is the run's"
+    assert all(len(s["markPoint"]["data"]) > 3 for s in many["series"])
+    (alone,) = charts.charts(dataclasses.replace(figure(4.0, 2), panels=figure(4.0, 2).panels[1:]))
+    assert not any("markPoint" in s for s in alone.options["series"]), "which have a colour each"
 
 
 def test_columns_of_a_log_are_found_by_the_names_of_variables():
