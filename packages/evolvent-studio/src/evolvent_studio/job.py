@@ -106,8 +106,9 @@ class Job:
 
     @property
     def is_warning(self) -> bool:
-        """Whether its message warns, of a job that did not fail."""
-        return self.kind == "disperse" or "below 0" in self.message
+        """Whether its message warns, of a job that did not fail, or its run misses a limit."""
+        missed = self.limits is not None and self.limits[0] < self.limits[1]
+        return (bool(self.message) and (self.kind in ("disperse", "reflector") or "below 0" in self.message)) or missed
 
     @property
     def limits(self) -> tuple[int, int] | None:

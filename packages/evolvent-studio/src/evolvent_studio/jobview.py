@@ -26,7 +26,7 @@ def status_of(job: Job) -> tuple[str, str]:
     """How a job ended, in words, and the class of the page for it: a warning or a missed limit is not green."""
     text = STATUS.get(job.status, job.status)
     look = "success" if job.status == "stopped by event" else job.status
-    if look == "success" and job.is_warning and job.message:
+    if look == "success" and job.is_warning:
         look = "interrupted"
     return text, look
 

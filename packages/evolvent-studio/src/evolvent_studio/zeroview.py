@@ -31,9 +31,9 @@ def with_zeros(content: Mapping[str, Any], missing: Sequence[str], coordinate: s
 
 
 def draw_zeros(page: Context, job: Job) -> None:
-    """Draw the buttons of a job of margins that failed; nothing of another job."""
+    """Draw the buttons of a job of one case that failed for want of resistances; nothing of another job."""
     unstated = job.extra.get("unstated")
-    if not isinstance(unstated, list) or len(unstated) < 2:
+    if not job.sort.of_case or not isinstance(unstated, list) or len(unstated) < 2:
         return
     coordinate, *missing = map(str, unstated)
     chosen: set[str] = set()

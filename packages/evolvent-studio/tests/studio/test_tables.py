@@ -138,6 +138,9 @@ def test_a_warning_is_not_green():
     assert status_of(job("every margin holds, the least is 0.1")) == ("done", "success")
     assert status_of(job("the margin of 'hinge' is below 0")) == ("done", "interrupted")
     assert status_of(job(status="stopped by event", kind="run")) == ("stopped", "success")
+    missed = job(kind="run")
+    missed.extra["limits"] = [1, 2]
+    assert status_of(missed) == ("done", "interrupted")
     assert status_of(job(status="failed")) == ("failed", "failed")
 
 
