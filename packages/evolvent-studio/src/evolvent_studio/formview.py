@@ -222,6 +222,7 @@ class FormView:
             rows = tables.pasted(str(value or "")) if field.columns else ""
             if rows:
                 typed.set_value(rows)  # which comes here again
+                typed.update()  # else nothing is sent to a field whose own change is handled
             else:
                 self._typed(field, value)
 
