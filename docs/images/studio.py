@@ -20,8 +20,7 @@ from evolvent import results
 FOLDER = pathlib.Path(__file__).parent
 sys.path[0] = str(FOLDER.parents[1] / "tests")  # in place of this folder, whose studio.py hides the tests' package
 
-from studio.conftest import ARGUMENTS, chromium  # noqa: E402
-from studio.serving import choose, part, serving  # noqa: E402
+from studio.serving import ARGUMENTS, choose, chromium, part, serving  # noqa: E402
 
 VIEWER = "document.querySelector('.ev-motion')?.viewer"
 #: Time that is shown of the winding rib, s.

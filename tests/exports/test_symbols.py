@@ -60,6 +60,8 @@ def machine():
         body(f"b{n}", (x, 0, 0))
         extra = {"axis_b": (0, 1, 0)} if kind == "universal" else {}
         made.add(parts.Joint(a=(x, 0, 0), b=f"b{n}", type=kind, **extra), kind)
+    body("let go", (8.0, 0, 0))
+    made.add(parts.Joint(a=(8.0, 0, 0), b="let go", type="clamp", until="0.1 s"), "hold-down")
     body("bob", (0, 1, 0))
     made.add(parts.Joint(a=(0, 0, 0), b=("bob", (0, 0, 0)), type="distance"), "stay")
     for n, x in ((1, 0.0), (2, 0.9)):
@@ -191,11 +193,25 @@ def test_drives_have_symbols(machine):
     assert turn.solids[0].turned[-1] == pytest.approx(0.4)
 
 
-def test_symbols_are_small_beside_the_structure(craft):
+def test_symbols_are_small_beside_the_structure_and_its_bodies(craft):
     motion = show.motion(craft)
+    least = min(max(solid.size for solid in frame.solids) for frame in motion.frames)
     for frame in motion.symbols:
         for solid in frame.solids:
-            assert 1e-3 * motion.reach < solid.size < 0.3 * motion.reach, frame.name
+            assert 1e-3 * motion.reach < solid.size < 0.2 * least, frame.name
+
+
+def test_nothing_is_drawn_of_a_joint_that_is_released(machine):
+    motion, closed = show.motion(machine), machine["hold-down"].closed.values > 0.5
+    assert 2 < closed.sum() < closed.size - 2
+    (symbol,) = symbols(machine, "hold-down")
+    assert np.array_equal(symbol.shown, closed)
+    (mark,) = (one for one in motion.marks if one.name == "hold-down")
+    assert np.array_equal(np.isfinite(mark.points).all(axis=(1, 2)), closed)
+    assert symbols(machine, "clamp")[0].shown.all(), "one that is never released stays"
+    header, blocks = animation.described(motion, 5, points=100)
+    k = [one["name"] for one in header["symbols"]].index("hold-down")
+    assert (blocks[f"symbol {k} shown"][0], blocks[f"symbol {k} shown"][-1]) == (1.0, 0.0)
 
 
 def test_animation_and_pictures_show_symbols(craft):

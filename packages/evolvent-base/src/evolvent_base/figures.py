@@ -148,6 +148,7 @@ class Figure:
     name : str, of the file
     height : float, mm; a sheet of schematics alone is as high as they are
     heights : sequence of float, relative heights of the rows
+    whole : Figure, the same over all of its time, where this one is cut; None of one that is not
     """
 
     name: str
@@ -156,6 +157,7 @@ class Figure:
     columns: int = 1
     height: float = 120.0
     heights: Sequence[float] | None = None
+    whole: Figure | None = None
 
 
 class Quantity(NamedTuple):

@@ -405,7 +405,7 @@ class MeasurePanel(StudioPanel):
             ui.label(job.message).classes("ev-banner bad").props('data-testid="message"')
         self._results(job)
         if self.studio.jobs.result(job.key) is not None:
-            report_frame(ref, "certificate")
+            report_frame(ref, "certificate", dark=self.studio.dark)
 
     def _results(self, job: Job) -> None:
         rows = job.extra.get("rows")

@@ -6,6 +6,8 @@ import asyncio
 import contextlib
 import itertools
 import math
+import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -140,6 +142,7 @@ class CalibratePanel:
         except EvolventError:
             self._names = []
         if not self._body.is_deleted:
+            self._match()
             self.draw()
 
     # -------------------------------------------------------------------------------------------- data
@@ -151,6 +154,8 @@ class CalibratePanel:
     def _choose(self, name: str) -> None:
         if name != self._state["file"]:
             self._state.update(file=name, observe=[])
+            self._read()
+            self._match()
             self.draw()
 
     def _read(self) -> None:
@@ -200,11 +205,20 @@ class CalibratePanel:
         chosen = ui.select(listed, value=value, label=_ROWS[what][field], with_input=True, new_value_mode="add-unique")
         chosen.props(f'outlined dense options-dense data-testid="{what}-{place}-{field}"')
         chosen.style("flex:1;min-width:0").on_value_change(
-            lambda e: self._put(row, field, e.value, again=field == "key")
+            lambda e: self._put(row, field, e.value, again=field in ("key", "variable"))
         )
+
+    def _match(self) -> None:
+        """Observe each variable that a column of the file is named by, where nothing is observed yet."""
+        if not any(any(row.values()) for row in self._state["observe"]):
+            found = matched(self._columns, self._names)
+            own = [dict(zip(_ROWS["observe"], (name, column, ""), strict=True)) for name, column in found.items()]
+            self._state["observe"] = own or self._state["observe"]
 
     def _put(self, row: dict[str, str], field: str, value: Any, *, again: bool = False) -> None:
         row[field] = "" if value is None else str(value).strip()
+        if field == "variable" and not row["column"]:
+            row["column"] = matched(self._columns, [row["variable"]]).get(row["variable"], "")
         if again:
             self.draw()
         self._show()
@@ -303,6 +317,24 @@ class CalibratePanel:
         )
         self.page.open_case()
         self.page.open_tab("calibrate")
+
+
+def matched(columns: Sequence[str], names: Sequence[str]) -> dict[str, str]:
+    """Columns of a file that are named as variables are: variable -> column.
+
+    Letters and digits count, not their case, and not a unit in brackets: "Hinge angle (deg)" is "hinge.angle". A name
+    that several columns have, or several variables, is left out.
+    """
+
+    def plain(text: str) -> str:
+        return re.sub(r"[^a-z0-9]+", "", re.sub(r"[(\[].*?[)\]]", "", text).lower())
+
+    by_name: dict[str, list[str]] = {}
+    for column in columns:
+        by_name.setdefault(plain(column), []).append(column)
+    wanted = Counter(map(plain, names))
+    found = {name: by_name.get(plain(name), []) for name in names if wanted[plain(name)] == 1}
+    return {name: own[0] for name, own in found.items() if len(own) == 1}
 
 
 def is_calibration(asked: Any) -> bool:

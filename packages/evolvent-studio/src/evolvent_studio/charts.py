@@ -21,6 +21,10 @@ _DASHES = {"-": "solid", "--": "dashed", ":": "dotted", "-.": "dashed"}
 _LONG = 18
 #: Styles of the lines of one run beside those of others.
 _OF_RUNS = ("-", "--", ":")
+#: Marks that tell lines apart where colours do not, so many on a line, and colours of the page's palette.
+_MARKS, _ON_A_LINE, _COLORS = ("circle", "triangle", "rect", "diamond", "arrow", "roundRect"), 6, 7
+#: Pixels of a letter of the names on a y axis; widest of them.
+_LETTER, _WIDEST = 6, 150
 VIRIDIS = ("#440154", "#472c7a", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725")
 
 
@@ -72,14 +76,28 @@ def compared(figures: Sequence[tuple[str, Figure]]) -> list[Chart]:
             sheet.runs.append(run)
             lines = [_times(line, *scales) for line in panel.lines]
             if len(figures) == 1:
-                sheet.series += [_series(line, name, None, panel.log) for line in lines]
+                for k, line in enumerate(lines):
+                    again = line.color // _COLORS if isinstance(line.color, int) else 0
+                    sheet.series.append(_series(line, name, None, panel.log, mark=again - 1, place=k))
                 continue
-            labels = list(dict.fromkeys(line.label for line in lines))
+            labels = list(dict.fromkeys(line.label for line in lines if line.style.strip()))
             few = len(labels) <= len(_OF_RUNS)  # the color is the run's then, and the dashes distinguish its lines
             for line in lines:
-                style = _OF_RUNS[labels.index(line.label)] if few and line.style.strip() else line.style
-                sheet.series.append(_series(dataclasses.replace(line, style=style), name, run, panel.log))
-    return [_chart(sheet.panel, sheet.x_label, sheet.series, several=len(figures) > 1) for sheet in sheets]
+                k = labels.index(line.label) if line.label in labels else 0
+                style = _OF_RUNS[k] if few and line.style.strip() else line.style
+                own = dataclasses.replace(line, style=style)
+                place = run if few else run + k * len(figures)
+                sheet.series.append(_series(own, name, run, panel.log, mark=run if few else k, place=place))
+    several = len(figures) > 1
+    ends: dict[str, list[float]] = {}  # of the time, by the label of its axis: the same on all charts
+    for sheet in sheets:
+        if sheet.x_label.startswith("time"):
+            known = [s["data"][i][0] for s in sheet.series if s["data"] for i in (0, -1)]
+            ends.setdefault(sheet.x_label, []).extend(x for x in known if x is not None)
+    return [
+        _chart(sheet.panel, sheet.x_label, sheet.series, several=several, ends=ends.get(sheet.x_label, ()))
+        for sheet in sheets
+    ]
 
 
 @dataclasses.dataclass
@@ -171,7 +189,15 @@ def _x_labels(figure: Figure) -> list[str]:
     return labels
 
 
-def _series(line: Line, name: str, run: int | None, log: bool) -> dict[str, Any]:
+def _series(line: Line, name: str, run: int | None, log: bool, *, mark: int = -1, place: int = 0) -> dict[str, Any]:
+    """A line of a chart.
+
+    Parameters
+    ----------
+    name, run : of several runs; '' and None of the only one
+    mark : int, which of `_MARKS` it has; -1 for none
+    place : int, number of the line, by which its marks are moved along it
+    """
     x, y = np.asarray(line.x, dtype=float), np.asarray(line.y, dtype=float)
     if log:
         y = np.where(y > 0.0, y, np.nan)
@@ -180,12 +206,22 @@ def _series(line: Line, name: str, run: int | None, log: bool) -> dict[str, Any]
     text = plain(line.label)
     label = text if run is None else f"{name}: {text}" if text else name
     drawn = line.style.strip() != ""
+    shape = _MARKS[mark % len(_MARKS)] if drawn and mark >= 0 and not line.marker else "none"
+    own = {
+        "symbol": "circle" if line.marker else shape,
+        "showSymbol": bool(line.marker) and (len(x) <= 400 or not drawn),
+    }
+    if shape != "none" and len(x) > 1:
+        own["markPoint"] = {
+            "silent": True, "animation": False, "symbol": shape, "symbolSize": 8, "label": {"show": False},
+            "data": [{"coord": [number(x[k]), number(y[k])]} for k in _marked_places(y, place)],
+        }  # fmt: skip
     return {
         "type": "line",
         "name": label,
         "data": [[number(a), number(b)] for a, b in zip(x, y, strict=True)],
-        "showSymbol": bool(line.marker) and (len(x) <= 400 or not drawn),
-        "symbol": "circle" if line.marker else "none",
+        **own,
+        "listed": bool(text) or drawn,
         "symbolSize": 7 if line.marker == "o" else 4,
         "lineStyle": {
             "width": line.width if drawn else 0,
@@ -197,6 +233,12 @@ def _series(line: Line, name: str, run: int | None, log: bool) -> dict[str, Any]
         "silent": False,
         "connectNulls": False,
     }
+
+
+def _marked_places(y: np.ndarray, place: int) -> list[int]:
+    """Points of a line that have a mark, evenly spread, elsewhere on each of the lines; those that are drawn."""
+    shares = (np.arange(_ON_A_LINE) + 0.15 + 0.23 * (place % 4)) / _ON_A_LINE
+    return [k for k in np.unique((shares * (y.size - 1)).astype(int)).tolist() if np.isfinite(y[k])]
 
 
 def number(value: float) -> float | None:
@@ -236,20 +278,30 @@ def _viridis(place: float) -> str:
     return f"#{mixed[0]:02x}{mixed[1]:02x}{mixed[2]:02x}"
 
 
-def _chart(panel: Panel, x_label: str, series: list[dict[str, Any]], *, several: bool) -> Chart:
-    names = list(dict.fromkeys(s["name"] for s in series if s["name"]))
+def _chart(
+    panel: Panel, x_label: str, series: list[dict[str, Any]], *, several: bool, ends: Sequence[float] = ()
+) -> Chart:  # fmt: skip
+    listed = [s for s in series if s.pop("listed") and s["name"]]
+    # a line without a mark is shown without one in the legend, too
+    bare = {s["name"]: s["symbol"] == "none" for s in reversed(listed)}
+    names = [{"name": name, **({"itemStyle": {"opacity": 0}} if bare[name] else {})}
+             for name in dict.fromkeys(s["name"] for s in listed)]  # fmt: skip
     shown = len(names) > 0
     x_axis: dict[str, Any] = {"type": "value", "name": plain(axis_label(x_label)), "scale": True}
     timed = x_label.startswith("time")
-    if timed and series:
-        ends = [s["data"][i][0] for s in series if s["data"] for i in (0, -1)]
-        known = [x for x in ends if x is not None]
-        if known:
-            x_axis |= {"min": min(known), "max": max(known)}
+    if timed:
+        if ends:
+            x_axis |= {"min": min(ends), "max": max(ends)}
     elif panel.x_names is None and not panel.equal and _counts(series):
         x_axis["minInterval"] = 1
     if panel.x_names is not None and not panel.log_x:  # names of things, which are counted
         x_axis |= {"names": {str(int(k)): plain(name) for k, name in panel.x_names.items()}, "interval": 1}
+    y_names: dict[str, Any] = {}
+    if panel.y_names is not None and not panel.log:
+        texts = {str(int(k)): plain(name) for k, name in panel.y_names.items()}
+        places = [int(k) for k in texts]
+        wide = min(_WIDEST, _LETTER * max(map(len, texts.values())))
+        y_names = {"names": texts, "interval": 1, "min": min(places) - 1, "max": max(places) + 1, "wide": wide}
     options: dict[str, Any] = {
         "title": {"text": plain(panel.title)},
         "legend": {"show": shown, "data": names, "wide": (several and len(names) > 2) or len(panel.y_label) > _LONG},
@@ -259,6 +311,7 @@ def _chart(panel: Panel, x_label: str, series: list[dict[str, Any]], *, several:
             "type": "log" if panel.log else "value",
             "name": plain(axis_label(panel.y_label)),
             "scale": not panel.y_zero,
+            **y_names,
         },
         "series": series,
     }

@@ -72,10 +72,16 @@ class MotionElement(Element, component=_STATIC / "motion.js"):
         self.update()
 
 
-def report_frame(ref: str, title: str) -> ui.element:
-    """The page with the results of a job, in a frame that runs no script."""
+def report_frame(ref: str, title: str, *, dark: bool | None) -> ui.element:
+    """The page with the results of a job, in a frame that runs no script.
+
+    Parameters
+    ----------
+    dark : bool, whether it is dark; None as the browser has it
+    """
     frame = ui.element("iframe").classes("ev-frame")
-    address = f"/studio/report?ref={urllib.parse.quote(ref)}"
+    look = "" if dark is None else f"&look={'dark' if dark else 'light'}"
+    address = f"/studio/report?ref={urllib.parse.quote(ref)}{look}"
     return frame.props(f'src="{address}" sandbox="allow-popups" title="{title}" data-testid="{title.lower()}"')
 
 

@@ -66,6 +66,36 @@ def rows_of(info: FieldInfo) -> str:
     return ""
 
 
+def columns_of(info: FieldInfo) -> tuple[str, ...]:
+    """What the columns of a table hold, with their units in brackets, of a field that takes rows; empty of others."""
+    if any(isinstance(mark, OneOf) for mark in direct(info)):  # whose rows stand under the name of a kind
+        return ()
+    inner = (field.annotation for section in _sections(info.annotation) for field in section.model_fields.values())
+    row = next((row for kind in (info.annotation, *inner) for row in _rows_in(kind)), None)
+    return () if row is None else tuple(map(_column, get_args(row)))
+
+
+def _rows_in(annotation: Any) -> Iterator[Any]:
+    """Types of the rows of all tables of any length in an annotation."""
+    found = get_args(annotation)
+    if get_origin(annotation) is tuple and found[-1:] == (Ellipsis,):
+        row = found[0]
+        if get_origin(row) is tuple and len(get_args(row)) > 1 and Ellipsis not in get_args(row):
+            yield row
+        return
+    if get_origin(annotation) is not Literal:
+        for inner in found:
+            yield from _rows_in(inner)
+
+
+def _column(annotation: Any) -> str:
+    mark = next((one for one in _inner(annotation) if isinstance(one, (Quantity, Either))), None)
+    kinds = mark.quantities if isinstance(mark, Either) else [mark] if mark is not None else []
+    what = " or ".join(re.sub("^an? ", "", one.what) for one in kinds) or "value"
+    unit = " or ".join(one.unit for one in kinds if one.unit)
+    return f"{what} ({unit})" if unit else what
+
+
 def is_mapping_alone(info: FieldInfo) -> bool:
     """Whether a field holds one section or nothing, which is written as a mapping and in no shorter way."""
     return section_of(info.annotation) is not None and info.default is None and not info.metadata

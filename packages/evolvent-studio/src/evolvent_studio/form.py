@@ -40,6 +40,7 @@ class Field:
     required : bool
     numeric : bool, whether the choices are numbers
     wide : bool, whether it is a mapping or a table, which needs a whole line
+    columns : tuple of str, of a table: what each holds, and its unit in brackets
     refers : bool, whether it names other parts
     when : tuple of When, conditions on other fields under which it applies
     decides : bool, whether other fields apply by its value, so that it is always shown
@@ -56,6 +57,7 @@ class Field:
     required: bool
     numeric: bool = False
     wide: bool = False
+    columns: tuple[str, ...] = ()
     refers: bool = False
     when: tuple[When, ...] = ()
     decides: bool = False
@@ -215,6 +217,7 @@ def _one(key: str, name: str, info: FieldInfo, text: str) -> Field:
     whole_text = any(isinstance(m, OneOrMore) for m in marks) or any(fieldtypes.of_the_whole(m) for m in direct)
     shape = "" if whole_text else fieldtypes.shape_of(info.annotation)
     structured, rows = fieldtypes.structure_of(info), fieldtypes.rows_of(info)
+    columns = fieldtypes.columns_of(info)
     if rows:
         alone = [mark for mark in direct if isinstance(mark, Quantity)]
         unit, limits = (alone[0].unit, f"{alone[0].allowed}, or {rows}") if alone else ("", rows)
@@ -237,7 +240,8 @@ def _one(key: str, name: str, info: FieldInfo, text: str) -> Field:
         open=not closed,
         required=info.is_required(),
         numeric=bool(literals) and all(isinstance(c, int) for c in literals),
-        wide=bool(structured or rows),
+        wide=bool(structured or rows or columns),
+        columns=columns,
         refers=any(isinstance(m, Reference) for m in marks),
     )
 

@@ -9,11 +9,11 @@ from nicegui import ui
 
 from evolvent import cases
 from evolvent_base.schema import Section
-from evolvent_studio import form
+from evolvent_studio import form, tables
 from evolvent_studio.form import Field, Group
 
 #: Seconds after the last key before what was typed is checked.
-_PAUSE = 0.15
+_PAUSE = 0.1
 
 
 def errors_text(count: int) -> str:
@@ -87,6 +87,7 @@ class FormView:
         self._timer: ui.timer | None = None
         self._notes: dict[str, str] = {}
         self._referring: list[ui.input] = []
+        self._curves: dict[str, tuple[ui.element, str]] = {}  # of tables: where each is drawn, and of what text
         self._banner = ui.label("").classes("ev-banner bad").props(f'data-testid="{before}form-error"')
         self._banner.set_visibility(False)
         self._leave = ui.element("button").classes("ev-more").props(f'type=button data-testid="{before}leave-out"')
@@ -187,6 +188,8 @@ class FormView:
                     ui.label(field.unit).classes("ev-unit")
             name.tooltip(field.help)
             self._input(field)
+            if len(field.columns) == 2:
+                self._curves[field.key] = ui.element("div").classes("ev-curve"), ""
             ui.label(field.help).classes("ev-help")
             error = ui.label("").classes("ev-error").props(f'data-testid="error-{self._before}{field.key}" role=alert')
             self._errors[field.key] = error
@@ -214,7 +217,16 @@ class FormView:
             if field.refers:
                 self._referring.append(typed)
         typed.props(f"outlined dense spellcheck=false autocomplete=off {mark}").classes("w-full")
-        typed.on_value_change(lambda e, f=field: self._typed(f, e.value))
+
+        def take(value: Any) -> None:
+            rows = tables.pasted(str(value or "")) if field.columns else ""
+            if rows:
+                typed.set_value(rows)  # which comes here again
+                typed.update()  # else nothing is sent to a field whose own change is handled
+            else:
+                self._typed(field, value)
+
+        typed.on_value_change(lambda e: take(e.value))
 
     # -------------------------------------------------------------------------------------------- typing
 
@@ -262,7 +274,19 @@ class FormView:
             if not any(key == own or key.startswith(f"{own}.") for own in self._elsewhere)
         }
         self._show(found)
+        self._draw_curves()
         self._changed(content, found)
+
+    def _draw_curves(self) -> None:
+        """Draw the curves of tables that have changed."""
+        columns = {field.key: field.columns for field in self.form.fields()} if self._curves else {}
+        for key, (place, drawn) in self._curves.items():
+            text = self.texts.get(key, "")
+            if text != drawn:
+                self._curves[key] = place, text
+                place.clear()
+                with place:
+                    tables.draw_curve(text, columns[key])
 
     def show_all(self) -> None:
         """Show the errors of all fields from now on, also of those that are empty and were not touched."""

@@ -40,6 +40,8 @@ class _Extra(BaseModel, strict=True):
     before: int = 0
     since: list[Annotated[list[str], Field(min_length=2, max_length=2)]] | None = None
     modes: list[list[float]] = []
+    limits: Annotated[list[int], Field(max_length=2)] = []
+    unstated: list[str] = []
 
 
 class _Content(BaseModel, strict=True, allow_inf_nan=False):
@@ -72,7 +74,8 @@ class Job:
     reached, end : float, s or cases
     elapsed : float, s, that it took or takes
     extra : when it was added ("date"), and what a job of its kind has: the case that it is a change of and what
-        differs, the run before it and what differs from that, signals, head and rows of a table, warnings, modes
+        differs, the run before it and what differs from that, signals, head and rows of a table, warnings, modes,
+        limits that are met and all of them, a coordinate and its resistances that are neither given nor zero
     digest : str, SHA-256 of its case
     own : bool, whether this installation has queued it
     """
@@ -103,8 +106,15 @@ class Job:
 
     @property
     def is_warning(self) -> bool:
-        """Whether its message warns, of a job that did not fail."""
-        return self.kind == "disperse" or "below 0" in self.message
+        """Whether its message warns, of a job that did not fail, or its run misses a limit."""
+        missed = self.limits is not None and self.limits[0] < self.limits[1]
+        return (bool(self.message) and (self.kind in ("disperse", "reflector") or "below 0" in self.message)) or missed
+
+    @property
+    def limits(self) -> tuple[int, int] | None:
+        """How many limits of its case its run meets, and how many there are; None without any."""
+        found = self.extra.get("limits")
+        return (int(found[0]), int(found[1])) if isinstance(found, list) and len(found) == 2 else None
 
     @property
     def share(self) -> float:

@@ -34,7 +34,7 @@ GRACE = 8.0
 #: Files of the queue and of what a job's process printed; largest queue, case and print that are read, bytes.
 _QUEUE, _LOG, _LARGEST = "queue.json", "log.txt", 16_000_000
 #: Letters of a job's name, at most.
-_LONGEST_TITLE = 80
+LONGEST_TITLE = 80
 
 
 class Jobs:
@@ -181,8 +181,8 @@ class Jobs:
             If the name is empty or too long.
         """
         title = " ".join(title.split())
-        if not 0 < len(title) <= _LONGEST_TITLE:
-            raise InputError(f"the name has {len(title)} letters; it must have 1 to {_LONGEST_TITLE}")
+        if not 0 < len(title) <= LONGEST_TITLE:
+            raise InputError(f"the name has {len(title)} letters; it must have 1 to {LONGEST_TITLE}")
         with self._lock:
             self.get(key).title = title
             self._changed()

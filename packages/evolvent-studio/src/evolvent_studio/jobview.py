@@ -6,16 +6,50 @@ import datetime
 
 from nicegui import ui
 
+from evolvent_base.errors import counted
 from evolvent_studio.changes import ADDED, REMOVED
 from evolvent_studio.context import Context
 from evolvent_studio.job import Job
+from evolvent_studio.zeroview import draw_zeros
 
 #: How a job ended, in a word.
 STATUS = {"stopped by event": "stopped", "success": "done", "interrupted": "cancelled"}
 #: Letters of one change that are shown.
 _LONGEST = 70
+#: Letters of a message that is shown whole.
+_SHORT = 90
 #: Seconds between two looks at a job.
 _LOOK = 0.3
+
+
+def status_of(job: Job) -> tuple[str, str]:
+    """How a job ended, in words, and the class of the page for it: a warning or a missed limit is not green."""
+    text = STATUS.get(job.status, job.status)
+    look = "success" if job.status == "stopped by event" else job.status
+    if look == "success" and job.is_warning:
+        look = "interrupted"
+    return text, look
+
+
+def draw_limits(met: int, count: int) -> None:
+    """A badge: how many limits of its case a run meets."""
+    badge = ui.label(f"{met} of {counted(count, 'limit')} met")
+    badge.classes(f"ev-badge {'good' if met == count else 'bad'}").props('data-testid="limits"')
+
+
+def draw_folded(text: str, look: str) -> ui.element:
+    """A message whose first clause is shown, and the rest on a click; of a short one all."""
+    head, found, rest = text.partition("; ") if len(text) > _SHORT else (text, "", "")
+    if not found or "\n" in head:
+        head, found, rest = text.partition("\n") if len(text) > _SHORT else (text, "", "")
+    if not rest.strip():
+        return ui.label(text).classes(look)
+    folded = ui.element("details").classes(f"ev-folded {look}")
+    with folded:
+        with ui.element("summary"):
+            ui.label(head)
+        ui.label(rest)
+    return folded
 
 
 def date_text(job: Job) -> str:
@@ -122,12 +156,14 @@ def draw_without(page: Context, job: Job) -> None:
     """Draw a job that ended without results: its message and its case."""
     with ui.element("div").classes("ev-titlebar"):
         ui.label(_title(job)).classes("ev-h1")
-        ui.label(STATUS.get(job.status, job.status)).classes(f"ev-status {job.status}")
+        text, look = status_of(job)
+        ui.label(text).classes(f"ev-status {look}")
     kind = "bad" if job.status == "failed" else "warn"
     message = job.message or "nothing was computed"
     if job.sort.many and job.end > 0.0:
         message += f"; {job.reached:.0f} of {job.end:.0f} {job.sort.many} are done"
-    ui.label(message).classes(f"ev-banner {kind}").props('data-testid="message"')
+    draw_folded(message[:1].upper() + message[1:], f"ev-banner {kind}").props('data-testid="message"')
+    draw_zeros(page, job)
     if job.sort.resumed:
         button = ui.button(
             f"Continue the {job.sort.title.lower()}",

@@ -89,6 +89,8 @@ class Page(Context):
             def choose(value: bool | None) -> None:
                 self.studio.dark = value
                 dark.set_value(value)
+                if self.view.kind in ("report", *self.added):  # whose pages have colours of their own
+                    self.draw()
 
             turn.on_value_change(lambda e: choose(e.value))
 

@@ -17,7 +17,7 @@ from evolvent_studio.elements import report_frame
 from evolvent_studio.folder import OWN
 from evolvent_studio.job import Job
 from evolvent_studio.jobkinds import CALIBRATION, FITTED, LAW
-from evolvent_studio.jobview import STATUS, draw_job
+from evolvent_studio.jobview import draw_job, status_of
 
 
 class ReportView:
@@ -43,7 +43,8 @@ class ReportView:
             return
         with ui.element("div").classes("ev-titlebar").props('data-testid="report-of"'):
             ui.label(f"{job.sort.title} {self.studio.name(ref)}").classes("ev-h1")
-            ui.label(STATUS.get(job.status, job.status)).classes(f"ev-status {job.status}")
+            text, look = status_of(job)
+            ui.label(text).classes(f"ev-status {look}")
             ui.element("div").style("flex:1")
             self._change(job, "flat dense")
             if job.kind == "disperse":
@@ -63,7 +64,7 @@ class ReportView:
             ui.label(job.message[:1].upper() + job.message[1:]).classes(f"ev-banner {kind}").props(
                 'data-testid="message"'
             )
-        report_frame(ref, job.sort.title)
+        report_frame(ref, job.sort.title, dark=self.studio.dark)
 
     def _change(self, job: Job, look: str) -> ui.element:
         """The button that opens what a job was made from."""

@@ -10,17 +10,22 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from evolvent import cases
-from evolvent.results import variables
+from evolvent.results import WELL, limits, variables
 from evolvent.results.happened import events_of
 from evolvent.view import show
 from evolvent_base.errors import EvolventError
-from evolvent_studio import charts, exports, exportview
-from evolvent_studio.changes import flat, full, written
+from evolvent_studio import charts, comparison, exports, exportview
 from evolvent_studio.context import Context
-from evolvent_studio.differences import difference
 from evolvent_studio.elements import ChartElement, MotionElement, table
-from evolvent_studio.form import text_of
-from evolvent_studio.jobview import STATUS, ask_title, changes_text, date_text, draw_job, since_text
+from evolvent_studio.jobview import (
+    STATUS,
+    ask_title,
+    changes_text,
+    date_text,
+    draw_job,
+    draw_limits,
+    since_text,
+)
 from evolvent_studio.state import Loaded
 
 if TYPE_CHECKING:
@@ -79,13 +84,20 @@ class ResultView:
     def _one(self, loaded: Loaded) -> None:
         attrs = loaded.run.attrs
         with ui.element("div").classes("ev-titlebar").props('data-testid="result"'):
-            ui.label(f"Equilibrium {loaded.name}" if attrs["method"] == "static" else loaded.name).classes("ev-h1")
+            title = (str(attrs.get("title") or "") if loaded.file else "") or loaded.name
+            ui.label(f"Equilibrium {title}" if attrs["method"] == "static" else title).classes("ev-h1")
             if loaded.ref.startswith("job:"):
                 key = loaded.ref.partition(":")[2]
                 pencil = ui.button(icon="edit", on_click=lambda: ask_title(self.page, key))
                 pencil.props('flat dense round size=sm color=primary data-testid="rename"').tooltip("rename this run")
-            status = attrs["status"]
-            ui.label(STATUS.get(status, status)).classes(f"ev-status {status.split()[0]}")
+            status, checked = attrs["status"], limits.of_run(loaded.run)
+            met = sum(one.is_met for one in checked)
+            if checked:
+                draw_limits(met, len(checked))
+            look = "interrupted" if status in WELL and met < len(checked) else status.split()[0]
+            ui.label(STATUS.get(status, status)).classes(f"ev-status {look}")
+            if loaded.file:
+                ui.label(loaded.file).classes("ev-status")
             ui.label(f"{attrs['system']}, version {attrs['version']}").classes("ev-status")
             ui.element("div").style("flex:1")
             ui.button("Open its case", on_click=lambda: self._open(loaded)).props("flat dense color=primary")
@@ -213,13 +225,14 @@ class ResultView:
             _messages(item.run.attrs, name=item.name)
         _warnings([(item.name, str(item.run.attrs.get("warning") or "")) for item in loaded])
         same = len({item.run.attrs["system"] for item in loaded}) == 1
-        with ui.element("div").classes("ev-pair" if len(loaded) < 3 else "ev-pair one"):
-            with ui.element("div").classes("ev-card").props('data-testid="motion"'):
-                MotionElement([item.ref for item in loaded], names)
-            with ui.element("div").classes("ev-card ev-tablebox ev-beside"):
-                less = f"{names[1]} less {names[0]}" if len(names) == 2 else "spread"
-                table(_with_difference(_differences(loaded)), head=["what differs", *names, less])
-                table(_with_difference(_numbers(loaded)), head=["results", *names, less])
+        with ui.element("div").classes("ev-card").props('data-testid="motion"'):
+            MotionElement([item.ref for item in loaded], names)
+        heads = [*names, "difference", "unit"]
+        with ui.element("div").classes("ev-card ev-tablebox ev-beside"):
+            ui.label(f"difference: {comparison.less(names)}").classes("ev-what")
+            texts = [str(item.run.attrs["case"]) for item in loaded]
+            table(comparison.differing(texts), head=["what differs", *heads])
+            table(comparison.results([item.numbers for item in loaded]), head=["results", *heads])
         if not same:
             ui.label("The runs are of different systems; figures that two or more of them have are shown.").classes(
                 "ev-dim"
@@ -281,32 +294,3 @@ def _warnings(given: Sequence[tuple[str, str]]) -> None:
         for text, names in runs.items():
             of = "all runs" if 1 < len(given) == len(names) else ", ".join(names)
             ui.label(f"{of}: {text}" if of else text)
-
-
-def _with_difference(rows: Sequence[Sequence[str]]) -> list[list[str]]:
-    """Rows of a name and a text for each run, with the difference of the texts at the end."""
-    return [[*row, difference(row[1:])] for row in rows]
-
-
-def _differences(loaded: Sequence[Loaded]) -> list[list[str]]:
-    """Keys of the cases whose values are not the same, each as it was written."""
-    contents = [cases.parse_yaml(item.run.attrs["case"], "the run's case") for item in loaded]
-    values = [flat(full(content)) for content in contents]
-    rows: dict[str, list[str]] = {}
-    for key in dict.fromkeys(key for one in values for key in one):
-        if all(key in one and one[key] == values[0].get(key) for one in values):
-            continue
-        found = [
-            written(content, key, one[key]) if key in one else (key, "-")
-            for content, one in zip(contents, values, strict=True)
-        ]
-        place = min((at for at, _ in found), key=len)
-        rows[place] = [text_of(value) for _, value in found]
-    return [[key, *texts] for key, texts in rows.items()] or [["nothing", *("" for _ in loaded)]]
-
-
-def _numbers(loaded: Sequence[Loaded]) -> list[list[str]]:
-    """Numbers of all runs, side by side."""
-    every = [{n.label: n.value for n in item.numbers if n.label != "warning"} for item in loaded]
-    labels = list(dict.fromkeys(label for one in every for label in one))
-    return [[label, *(one.get(label, "-") for one in every)] for label in labels]

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 #: Types of files that are kept beside results, by their endings.
+#: What asks in a page whether the browser is dark, and what stands there where the studio is so, or is not.
+_DARK = b"@media screen and (prefers-color-scheme: dark)"
+_LOOKS = {"dark": b"@media screen", "light": b"@media not all"}
 _TYPES = {".csv": "text/csv", ".nc": "application/x-netcdf"}
 
 
@@ -67,14 +70,21 @@ def install(app: FastAPI, studio: Studio) -> None:
         path = studio.beside(of, name)
         return FileResponse(path, filename=f"{plain(studio.name(of))}-{name}", media_type=_TYPES[path.suffix])
 
-    def report(ref: str) -> Response:
-        path = studio.report(ref)
+    for answer in (motion, mode, start, modes, run, case, export, kept):
+        app.get(f"/studio/{answer.__name__}", include_in_schema=False)(guarded(answer))
+
+    @app.get("/studio/report", include_in_schema=False)
+    def report(ref: str, look: str = "") -> Response:
+        try:
+            path = studio.report(ref)
+        except EvolventError as error:
+            return _missing(str(error))
         # a page without its own script; nothing in it may run one
         headers = {"Content-Security-Policy": "sandbox; script-src 'none'"}
-        return FileResponse(path, media_type="text/html", headers=headers)
-
-    for answer in (motion, mode, start, modes, run, case, export, kept, report):
-        app.get(f"/studio/{answer.__name__}", include_in_schema=False)(guarded(answer))
+        if look not in _LOOKS:
+            return FileResponse(path, media_type="text/html", headers=headers)
+        content = path.read_bytes().replace(_DARK, _LOOKS[look])
+        return Response(content, media_type="text/html", headers=headers)
 
     @app.get("/studio/viewer/{name}", include_in_schema=False)
     def viewer(name: str) -> Response:

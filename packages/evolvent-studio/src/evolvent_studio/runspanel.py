@@ -10,7 +10,16 @@ from evolvent_base.errors import EvolventError
 from evolvent_studio.context import Context
 from evolvent_studio.drafts import View, view_of
 from evolvent_studio.job import Job
-from evolvent_studio.jobview import STATUS, ask_title, changes_text, date_text, progress_text, since_text
+from evolvent_studio.jobview import (
+    ask_title,
+    changes_text,
+    date_text,
+    draw_folded,
+    draw_limits,
+    progress_text,
+    since_text,
+    status_of,
+)
 
 #: Changed keys of a run that its row shows.
 _CHANGES = 4
@@ -108,11 +117,10 @@ class RunsPanel:
                 if job.kind == "run":
                     self._tick(ref, enabled=self.studio.jobs.result(job.key) is not None)
                 self._link(f"{int(job.key[:4])} {job.title}", view_of(job))
-                kind = job.sort.row
-                status = ui.label(
-                    f"{kind}, {STATUS.get(job.status, job.status)}" if kind else STATUS.get(job.status, job.status)
-                )
-                status.classes(f"ev-status {'success' if job.status == 'stopped by event' else job.status}")
+                (text, look), kind = status_of(job), job.sort.row
+                if job.limits and not job.open:
+                    draw_limits(*job.limits)
+                ui.label(f"{kind}, {text}" if kind else text).classes(f"ev-status {look}")
                 if job.open:
                     ui.button("Cancel", on_click=lambda k=job.key: self._cancel(k)).props(
                         f'flat dense size=sm color=primary data-testid="cancel-{job.key}"'
@@ -131,8 +139,8 @@ class RunsPanel:
             with ui.element("div").classes("ev-sub"):
                 if date:
                     ui.label(f"{date}, ").classes("ev-date")
-                label = ui.label(progress_text(job))
-            if job.open:
+                label = ui.label(progress_text(job)) if job.status != "failed" else draw_folded(progress_text(job), "")
+            if job.open and isinstance(label, ui.label):
                 self._bars[job.key] = bar, label
 
     def _menu(self, job: Job) -> None:

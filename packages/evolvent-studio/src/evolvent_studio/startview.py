@@ -14,7 +14,7 @@ from evolvent_studio.drafts import Draft
 from evolvent_studio.elements import MotionElement
 
 #: Seconds after the last change before the start is assembled.
-_PAUSE = 0.5
+_PAUSE = 0.05
 
 
 class Written(Protocol):

@@ -26,7 +26,7 @@ from evolvent_studio.drafts import Draft, View
 from evolvent_studio.exports import Export, Exports
 from evolvent_studio.folder import OWN, Folder
 from evolvent_studio.jobkinds import MODE
-from evolvent_studio.jobs import Jobs
+from evolvent_studio.jobs import LONGEST_TITLE, Jobs
 from evolvent_studio.placing import source_file
 from evolvent_studio.studydraft import StudyDraft
 
@@ -67,6 +67,11 @@ class Loaded:
     run: Any
     numbers: Sequence[Number]
     figures: Sequence[Figure]
+
+    @property
+    def file(self) -> str:
+        """Its file of the folder, '' of a job's."""
+        return self.ref.partition(":")[2] if self.ref.startswith("file:") else ""
 
     @property
     def still(self) -> bool:
@@ -155,21 +160,22 @@ class Studio:
     # -------------------------------------------------------------------------------------------- cases
 
     def sources(self) -> dict[str, str]:
-        """Cases that can be opened, source -> how it is shown."""
-        found = {f"new:{name}": f"new {name}" for name in NEW}
-        found |= {f"case:{name}": name for name in cases.built_in()}
+        """Cases that can be opened, source -> how it is shown: those of the folder first."""
         written = self.folder.yaml().items()
-        found |= {f"file:{name}": name for name, one in written if one.keys & {"system", "parts"}}
-        return found | {f"file:{name}": f"{name} ({why})" for name, why in self.folder.unreadable().items()}
+        found = {f"file:{name}": name for name, one in written if one.keys & {"system", "parts"}}
+        found |= {f"file:{name}": f"{name} ({why})" for name, why in self.folder.unreadable().items()}
+        found |= {f"new:{name}": f"new {name}" for name in NEW}
+        return found | {f"case:{name}": name for name in cases.built_in()}
 
     def study_sources(self, kind: str = "sweep") -> dict[str, str]:
-        """Studies that a job of a kind can run, source -> how it is shown."""
+        """Studies that a job of a kind can run, source -> how it is shown: those of the folder first."""
         word = studydraft.NEW_ONES[kind]
-        found = {f"new:{word}": f"new {word}"}
+        every = self.folder.yaml().items()
+        found = {f"file:{name}": name for name, one in every if {"case", "over"} <= one.keys}
+        found |= {f"new:{word}": f"new {word}"}
         if kind == "sweep":  # none of those built in draws
             found |= {f"case:{name}": name for name in studies.built_in()}
-        every = self.folder.yaml().items()
-        return found | {f"file:{name}": name for name, one in every if {"case", "over"} <= one.keys}
+        return found
 
     def stands(self) -> list[str]:
         """Files that describe a stand."""
@@ -256,7 +262,8 @@ class Studio:
         changed = [list(change) for change in changes(draft.base, draft.content)] if draft.base else []
         of = name if draft.origin else draft.about
         extra = {"origin": draft.origin, "of": of, "changes": changed, **self._since(draft.origin, of, content)}
-        return self.jobs.add(kind, name, case=cases.to_yaml(case, content), extra=extra).key
+        title = " ".join(str(content.get("title") or name).split())[:LONGEST_TITLE]
+        return self.jobs.add(kind, title, case=cases.to_yaml(case, content), extra=extra).key
 
     def _since(self, origin: str, of: str, content: Mapping[str, Any]) -> dict[str, Any]:
         """The last run of the same case, and what differs from it; empty where there is none."""
@@ -443,7 +450,7 @@ def plain(name: str) -> str:
 def _loaded(path: pathlib.Path, stamp: tuple[int, ...]) -> tuple[Any, Any, Any]:
     found = results.open(path)
     module = cases.presenter(found)
-    return found, module.numbers(found), module.figures(found)
+    return found, module.numbers(found), [figure.whole or figure for figure in module.figures(found)]
 
 
 @functools.lru_cache(maxsize=_KEPT)

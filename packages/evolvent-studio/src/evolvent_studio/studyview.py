@@ -15,14 +15,15 @@ from nicegui import ui
 from evolvent import cases
 from evolvent.design import studies
 from evolvent.design.studies import draw
-from evolvent_base import plots
+from evolvent_base import answer as an, plots
 from evolvent_base.errors import EvolventError
-from evolvent_studio import studycharts
+from evolvent_studio import studycharts, studytable
 from evolvent_studio.charts import Chart
 from evolvent_studio.context import Context
 from evolvent_studio.drafts import View
 from evolvent_studio.elements import ChartElement
 from evolvent_studio.jobview import draw_job
+from evolvent_studio.state import plain
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -97,7 +98,10 @@ class _Results:
     def __init__(
         self, page: Context, study: xr.Dataset, asked: Study, edit: Callable[[Any, str], None], ref: str
     ) -> None:
-        self.page, self.study, self.asked = page, study, asked
+        written = cases.parse_yaml(study.attrs["study"], "the study")
+        self.units = studytable.Units(written.get("over"), {axis.key: axis.unit for axis in asked.axes})
+        self.page, self.whole, self.asked = page, study, asked
+        self.study = study = self.units.shown(study)
         self.grid = study.attrs["sample"] == "grid"
         keys = [key for key in json.loads(study.attrs["keys"]) if key in study.coords]
         self.keys = [key for key in keys if study[key].size > 1] or keys[:1]
@@ -109,6 +113,8 @@ class _Results:
             ui.label(study.attrs["title"].removeprefix("evolvent ")).classes("ev-h1")
             ui.label(f"{study.status.size} cases of {study.attrs['system']}").classes("ev-status")
             ui.element("div").style("flex:1")
+            table = ui.button("Table (CSV)", on_click=lambda: self._table(keys))
+            table.props('flat dense color=primary data-testid="study-table"')
             change = ui.button("Edit the study", on_click=lambda: edit(asked.text, f"study {asked.name}"))
             change.props('flat dense color=primary data-testid="edit-study"')
             if ref.startswith("job:") and page.studio.jobs.report(ref.partition(":")[2]) is not None:
@@ -163,11 +169,17 @@ class _Results:
     def _named(self, index: int) -> str:
         places = np.unravel_index(index, self.asked.shape) * (1 if self.grid else len(self.asked.axes))
         axes = zip(self.asked.axes, places, strict=True)
-        return f"{index + 1}: {', '.join(f'{axis.key} = {form_text(axis.written(int(k)))}' for axis, k in axes)}"
+        texts = (f"{axis.key} = {form_text(self.units.text(axis.key, axis.written(int(k))))}" for axis, k in axes)
+        return f"{index + 1}: {', '.join(texts)}"
+
+    def _table(self, keys: Sequence[str]) -> None:
+        """Download all cases as a table."""
+        content = an.as_csv(studytable.rows(self.study, self.cases, keys))
+        ui.download.content(content, f"{plain(self.asked.name)}.csv")
 
     async def _draw_figures(self) -> None:
         """The figures that the system has for such a study, below the chart."""
-        drawn = await asyncio.to_thread(_pictures, self.study)
+        drawn = await asyncio.to_thread(_pictures, self.whole)
         if not drawn or self.body.is_deleted:
             return
         with self.page.main, ui.element("div").classes("ev-sheets").props('data-testid="study-figures"'):
@@ -264,9 +276,12 @@ class _Results:
         """Open a case by its number."""
 
         def take() -> None:
-            content = cases.content_of(self.asked.content, self.asked.overrides(index))
-            number, _, values = self._named(index).partition(": ")
-            self.page.studio.take_case(content, f"case {number} of study {self.asked.name}: {values}")
+            paths = {axis.path: axis.key for axis in self.asked.axes}
+            values = self.asked.overrides(index)
+            changed = {key: self.units.text(paths[key], one) if key in paths else one for key, one in values.items()}
+            content = cases.content_of(self.asked.content, changed)
+            number, _, text = self._named(index).partition(": ")
+            self.page.studio.take_case(content, f"case {number} of study {self.asked.name}: {text}")
             self.page.open_case()
 
         self.page.attempt(take)

@@ -18,6 +18,8 @@ from typing import Any
 import lazy_loader as lazy
 
 from evolvent import cases, results
+from evolvent.analysis.margins.factors import Unstated
+from evolvent.results import limits
 from evolvent.view import animation
 from evolvent_base import progress, showing
 from evolvent_base.answer import Table
@@ -64,6 +66,11 @@ def main(folder: str) -> int:
         compute = known.get(job["kind"]) or added_jobs.computation(job["kind"])
         compute(place, job, report)
     except EvolventError as error:
+        cause: BaseException | None = error
+        while cause is not None and not isinstance(cause, Unstated):
+            cause = cause.__cause__
+        if isinstance(cause, Unstated):
+            report.send(unstated=[cause.coordinate, *cause.missing])
         report.send(status="failed", message=str(error))
     except KeyboardInterrupt:
         report.send(status="interrupted", message="cancelled")
@@ -148,6 +155,8 @@ def _run(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
         found = plan.run(lambda reached: report.reached(reached, plan.duration))
     found.attrs["case"] = text
     results.save(found, place / RUN)
+    if checked := limits.of_run(found):
+        report.send(limits=[sum(one.is_met for one in checked), len(checked)])
     report.send(status=found.attrs["status"], message=found.attrs["message"])
 
 

@@ -6,6 +6,7 @@ import contextlib
 import os
 import pathlib
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -14,6 +15,24 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+
+#: Of the browser.
+ARGUMENTS = [
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+]
+
+#: Run in each page: no transitions, which are drawn in software and awaited.
+AT_ONCE = """addEventListener("DOMContentLoaded", () => {
+  const style = document.createElement("style");
+  style.textContent = "*, *::before, *::after { transition: none !important; animation-duration: 1ms !important; }";
+  document.head.append(style);
+});"""
 
 #: A run that takes a second: short blades of few nodes.
 SHORT = """\
@@ -30,6 +49,12 @@ LONG = SHORT.replace("nodes: 6}", "nodes: 20, stiffness: 1e8 N/m, damping: 0.1 N
 ABSENT: list[str] = []
 #: Longest wait for a page, ms.
 WAIT = 120_000
+
+
+def chromium() -> str | None:
+    """A Chromium of this machine: $EVOLVENT_CHROMIUM, or one on the path."""
+    names = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+    return os.environ.get("EVOLVENT_CHROMIUM") or next((p for n in names if (p := shutil.which(n))), None)
 
 
 def part(name: str) -> str:

@@ -35,10 +35,9 @@ def refusal(request):
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
+def folder(work):
     """A working folder with cases, runs, a study and a recording."""
-    place = tmp_path_factory.mktemp("studio") / "work"
-    place.mkdir()
+    place = work
     (place / "short.yaml").write_text(SHORT)
     (place / "long.yaml").write_text(LONG)
     for name, rate in (("slow.nc", 3.0), ("fast.nc", 4.0)):
@@ -277,7 +276,6 @@ def test_signal_to_certificate(page, folder, shots):
 
 def test_a_torsion_rig_needs_no_signals(page, folder):
     (folder / "rig.yaml").write_bytes((EXAMPLE.parent / "torsion.yaml").read_bytes())
-    page.reload()
     page.click(part("tab-measure"))
     choose(page, "stand", "rig.yaml")
     page.locator(part("measure")).click()
@@ -411,11 +409,8 @@ def test_dropped_files_and_what_was_typed_stay(page, folder):
     page.locator("text=Drop a file of signals on the left").wait_for()
 
 
-def test_a_narrow_page_is_one_column(context, server, shots):
-    page = context.new_page()
+def test_a_narrow_page_is_one_column(page, shots):
     page.set_viewport_size({"width": 390, "height": 844})
-    page.goto(server.url)
-    page.wait_for_selector(part("tab-runs"), timeout=WAIT)
     open_runs(page)
     page.locator(".ev-link", has_text="slow.nc").click()
     page.wait_for_selector(f"{part('motion')} canvas")
@@ -423,8 +418,9 @@ def test_a_narrow_page_is_one_column(context, server, shots):
     settle(page)
     page.screenshot(path=shots / "narrow.png", full_page=True)
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
-    assert page.locator(f"{part('motion')} canvas").bounding_box()["width"] > 340
-    page.close()
+    picture, beside = (page.locator(f"{part('motion')} {place}").bounding_box() for place in ("canvas", ".ev3-numbers"))
+    assert picture["width"] > 340
+    assert beside["y"] + beside["height"] <= picture["y"] + 1.0, "read-outs stand above the body, not on it"
 
 
 def test_a_dropped_case_is_opened(page, folder):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 import re
 import shutil
@@ -15,8 +17,7 @@ from evolvent import cases
 from evolvent.design import studies
 from evolvent.elements.viscoelastic import Viscoelastic
 from margin_cases import case
-from studio.conftest import AT_ONCE
-from studio.serving import SHORT, WAIT, choose, part
+from studio.serving import AT_ONCE, SHORT, WAIT, choose, part
 
 #: A phone, and the screen of the other tests.
 PHONE, SCREEN = {"width": 390, "height": 844}, {"width": 1440, "height": 900}
@@ -27,9 +28,8 @@ VIEWER = "document.querySelector('.ev-motion')?.viewer"
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    place = tmp_path_factory.mktemp("studies") / "work"
-    place.mkdir()
+def folder(work):
+    place = work
     (place / "short.yaml").write_text(SHORT)
     common = {"case": "short.yaml", "set": {"solver.duration": "0.4 s"}, "keep": ["steps", "tip_lag.max"]}
     many = {"study": "many", **common, "batch": 1, "over": {"spool.rate": {"from": 2, "to": 4, "points": 400}}}
@@ -124,7 +124,7 @@ def checked(page, shots, name):
 # ------------------------------------------------------------------------------------------------ a phone
 
 
-def test_a_first_visit_on_a_phone_offers_an_example_and_shows_its_result(browser, server, shots):
+def test_a_first_visit_on_a_phone_offers_an_example_and_shows_its_result(browser, server, folder, shots):
     context = browser.new_context(viewport=PHONE, has_touch=True, is_mobile=True)
     context.add_init_script(AT_ONCE)
     context.set_default_timeout(WAIT)
@@ -134,6 +134,7 @@ def test_a_first_visit_on_a_phone_offers_an_example_and_shows_its_result(browser
         return page.evaluate("document.documentElement.scrollWidth") <= PHONE["width"]
 
     try:
+        shutil.rmtree(folder / ".evolvent-studio" / "pages", ignore_errors=True)  # nobody was here before
         page.goto(server.url)
         page.wait_for_selector(part("run-start"))  # the start of the first case, with a button that runs it
         for tab, inside in (("runs", "compare"), ("measure", "measure"), ("studies", "run-study"), ("case", "run")):
@@ -149,7 +150,7 @@ def test_a_first_visit_on_a_phone_offers_an_example_and_shows_its_result(browser
         page.screenshot(path=shots / "phone-welcome.png")
         page.tap(part("example"))
         page.wait_for_selector(part("result"))
-        assert "boom-slew" in page.locator(part("result")).inner_text()
+        assert "Slew of a hub with a boom" in page.locator(part("result")).inner_text()
         page.wait_for_function(f"{VIEWER}?.motions[0].frames > 1")
         page.screenshot(path=shots / "phone-run.png")
         assert fits()
@@ -265,12 +266,18 @@ def test_failed_cases_are_marked_with_their_reason(page, shots):
     assert len(marks["data"]) == 3
     assert "stability limit" in marks["data"][0]["tooltip"]["formatter"]
     assert page.locator(f".q-field:has({part('output')})").inner_text().count("tip lag") == 1  # not the steps
+    with page.expect_download() as table:
+        page.click(part("study-table"))
+    rows = list(csv.DictReader(io.StringIO(table.value.path().read_text())))
+    assert [row["solver.step [s]"] for row in rows] == ["0.0001"] * 3 + ["0.02"] * 3
+    assert [row["status"] for row in rows] == ["success"] * 3 + ["failed"] * 3
+    assert "stability limit" in rows[4]["reason"]
     rows = page.locator(f"{part('failed-cases')} button")
     assert rows.count() == 3
     assert "stability limit" in page.locator(part("failed-cases")).inner_text()
     rows.nth(1).click()
     page.locator("text=case 5 of study broken").first.wait_for()
-    assert page.locator(part("field-solver.step")).input_value() == "0.02"
+    assert page.locator(part("field-solver.step")).input_value() == "0.02 s"  # as it was typed
 
 
 def test_categories_have_a_discrete_legend(page, shots):
@@ -317,6 +324,13 @@ def test_margins_of_the_open_case(page, shots):
     assert report.locator("figure img").count() == 1
     assert "every margin holds" in page.locator(part("message")).inner_text().lower()
     checked(page, shots, "margins")
+    for look, is_dark in (("dark", True), ("light", False)):
+        page.locator(part("theme")).get_by_text(look).click()
+        page.wait_for_function("look => document.querySelector('iframe')?.src.endsWith(look)", arg=look)
+        report.locator("text=every margin holds").wait_for()
+        back = report.locator("body").evaluate("e => getComputedStyle(e).backgroundColor.match(/\\d+/g).map(Number)")
+        assert (max(back) < 60) == is_dark
+    page.locator(part("theme")).get_by_text("auto").click()
 
 
 def test_a_category_that_is_not_declared_is_refused_by_name(page, shots):
@@ -327,8 +341,14 @@ def test_a_category_that_is_not_declared_is_refused_by_name(page, shots):
     assert "'hinge'" in message.inner_text()
     assert "Traceback" not in message.inner_text()
     checked(page, shots, "margins-refused")
-    page.click(part("open-job-case"))
+    assert page.locator(part("zero-done")).is_disabled()
+    page.click(part("zero-harness"))
+    page.click(part("zero-done"))
+    page.locator(part("message"), has_text="Every margin holds").wait_for()
+    page.click(part("tab-case"))
     page.locator("text=case of run").first.wait_for()
+    declared = page.locator(part("field-margin.zero"))
+    assert declared.input_value().endswith("harness]")
 
 
 def test_a_dispersion_of_the_open_case(page, folder, shots):
@@ -485,7 +505,7 @@ def test_a_law_is_fitted_put_into_the_open_case_and_stored(page, server, shots):
         [0.08, 0.08, 0.12], rel=1e-3
     )
     page.click(part("storage"))
-    page.locator(part("report-of"), has_text=re.compile(r"Storage \d+ stored")).wait_for()
+    page.locator(part("report-of"), has_text=re.compile(r"Storage \d+ ")).wait_for()
     report = page.frame_locator(part("storage"))
     report.locator("text=Relaxation in storage").first.wait_for()
     assert report.locator("figure img").count() == 2

@@ -6,7 +6,8 @@ import json
 import numpy as np
 import pytest
 
-from evolvent.results.motion import Line, Motion
+from evolvent.results.motion import Frame, Line, Motion
+from evolvent.results.solids import Solid
 from evolvent.view import animation
 from evolvent.view.views import views
 from many_bodies import many_bodies
@@ -22,18 +23,33 @@ def path(tmp_path_factory):
     return made
 
 
-@pytest.fixture
-def page(browser, path):
+@pytest.fixture(scope="module")
+def tab(browser):
+    """A tab of the browser for all tests; each loads its page anew."""
     opened = browser.new_page(viewport={"width": 1000, "height": 700})
-    errors, asked = [], []
-    opened.on("pageerror", lambda error: errors.append(str(error)))
-    opened.on("request", lambda request: asked.append(request.url))
+    opened.wrong, opened.asked = [], []
+    opened.on("pageerror", lambda error: opened.wrong.append(str(error)))
+    opened.on("request", lambda request: opened.asked.append(request.url))
+    yield opened
+    opened.close()
+
+
+@pytest.fixture
+def opened(tab):
+    """The tab, in which nothing may go wrong, and which may ask for nothing but one page."""
+    tab.goto("about:blank")
+    tab.wrong.clear()
+    tab.asked.clear()
+    yield tab
+    assert not tab.wrong
+    assert len(tab.asked) == 1, "the page needs nothing else"
+
+
+@pytest.fixture
+def page(opened, path):
     opened.goto(path.as_uri())
     frames(opened)
-    yield opened
-    assert not errors
-    assert asked == [path.as_uri()], "the page needs nothing else"
-    opened.close()
+    return opened
 
 
 def get(page, what):
@@ -66,10 +82,9 @@ def test_it_opens_at_the_first_frame_in_inertial_axes_with_all_scales(page, shot
     page.screenshot(path=shots / "viewer.png")
 
 
-def test_it_plays_once_in_15_seconds(browser, path, tmp_path):
+def test_it_plays_once_in_15_seconds(opened, tmp_path):
     playing = tmp_path / "playing.html"
     playing.write_bytes(animation.page(many_bodies())[0])
-    opened = browser.new_page()
     opened.goto(playing.as_uri())
     opened.keyboard.press("Space")
     opened.wait_for_function(f"{VIEWER}.now > 0.3")
@@ -79,20 +94,17 @@ def test_it_plays_once_in_15_seconds(browser, path, tmp_path):
     opened.evaluate(f"{VIEWER}.go({VIEWER}.end - 0.01)")
     opened.wait_for_function(f"!{VIEWER}.playing")
     assert get(opened, "now") == 12.0
-    opened.close()
 
 
-def test_a_period_is_played_again_and_again(browser, tmp_path):
+def test_a_period_is_played_again_and_again(opened, tmp_path):
     page = tmp_path / "period.html"
     page.write_bytes(animation.page(dataclasses.replace(many_bodies(), repeats=True))[0])
-    opened = browser.new_page()
     opened.goto(page.as_uri())
     opened.keyboard.press("Space")
     opened.wait_for_function(f"{VIEWER}.now > 0.0")
     opened.evaluate(f"{VIEWER}.go({VIEWER}.end - 0.01)")
     opened.wait_for_function(f"{VIEWER}.now < 6.0")
     assert get(opened, "playing")
-    opened.close()
 
 
 def test_keys(page):
@@ -152,7 +164,7 @@ def test_points_are_where_the_motion_has_them(page):
 
 
 @pytest.mark.parametrize("what", ["no bodies", "one sample", "hidden"])
-def test_less_is_drawn_as_well(browser, tmp_path, what):
+def test_less_is_drawn_as_well(opened, tmp_path, what):
     motion = many_bodies(11)
     if what == "no bodies":
         motion = dataclasses.replace(motion, frames=[], forces=[], marks=[])
@@ -163,16 +175,11 @@ def test_less_is_drawn_as_well(browser, tmp_path, what):
         motion = dataclasses.replace(motion, lines=lines)
     path = tmp_path / "less.html"
     path.write_bytes(animation.page(motion)[0])
-    opened = browser.new_page()
-    errors = []
-    opened.on("pageerror", lambda error: errors.append(str(error)))
     opened.goto(path.as_uri())
     for key in "tbctb?":
         press(opened, key)
-    assert not errors
     assert get(opened, "inertial")  # b twice; without bodies there is nothing else
     assert opened.locator("[data-testid=axes]").is_visible() == (what != "no bodies")
-    opened.close()
 
 
 def test_a_click_on_a_point_shows_its_trail(page, shots):
@@ -232,6 +239,50 @@ def test_bodies_hide_what_is_behind_them(page):
     assert colour[3] == 255
 
 
+#: Of the faces of bodies under a point of the picture, the name of the body whose face is drawn last.
+TOP = """([name, of]) => {
+  const v = document.getElementById('viewer').viewer, { x, y } = v.spots.find((s) => s.point?.name === name);
+  const inside = (at) => {
+    let found = false;
+    for (let i = 0, j = at.length - 2; i < at.length; j = i, i += 2) {
+      const [p, q, r, s] = [at[i], at[i + 1], at[j], at[j + 1]];
+      if ((q > y) !== (s > y) && x < p + (r - p) * (y - q) / (s - q)) found = !found;
+    }
+    return found;
+  };
+  const under = v.solids.flatMap(({ faces }, k) => faces.filter(({ at }) => inside(at)).map(({ depth }) => [depth, k]));
+  return of[under.sort((a, b) => a[0] - b[0])[0][1]];
+}"""
+
+
+def test_bodies_2_mm_apart_are_drawn_in_their_order_and_symbols_vanish_with_the_release(opened, tmp_path):
+    """A stack of plates of other sizes on a box, seen from all sides from which the outer plate is in front."""
+    still = {"attitude": np.tile([1.0, 0.0, 0.0, 0.0], (2, 1))}
+    stack = {"box": (0.0, (1.0, 1.0, 1.5)), "inner": (0.512, (0.02, 1.0, 1.5)), "outer": (0.534, (0.02, 0.7, 1.1))}
+    bodies = [
+        Frame(name=name, origin=np.tile([x, 0.0, 0.0], (2, 1)), solids=[Solid.box(edges)], **still)
+        for name, (x, edges) in stack.items()
+    ]
+    pin = Frame(
+        name="pin", origin=np.tile([0.6, 0.0, 0.0], (2, 1)), solids=[Solid.box((0.02, 0.02, 0.02))],
+        shown=np.array([True, False]), **still,
+    )  # fmt: skip
+    motion = Motion(title="stack", time=np.array([0.0, 1.0]), frames=bodies, symbols=[pin])
+    animation.write(motion, tmp_path / "stack.html")
+    opened.goto((tmp_path / "stack.html").as_uri())
+    names = list(stack)
+    for azimuth in np.radians([30.0, 60.0, 89.0, 120.0, 150.0]):
+        for elevation in np.radians([-50.0, 0.0, 35.0, 70.0]):
+            opened.evaluate(f"{VIEWER}.look({azimuth}, {elevation}, null), {VIEWER}.draw()")
+            assert opened.evaluate(TOP, ["outer", names]) == "outer", (azimuth, elevation)
+            opened.evaluate(f"{VIEWER}.look({-azimuth}, {elevation}, null), {VIEWER}.draw()")
+            assert opened.evaluate(TOP, ["outer", names]) != "outer", (azimuth, elevation)
+    seen = f"{VIEWER}.spots.some(s => s.name === 'pin')"
+    for time, is_seen in ((0.0, True), (1.0, False)):
+        opened.evaluate(f"{VIEWER}.go({time}), {VIEWER}.draw()")
+        assert opened.evaluate(seen) == is_seen
+
+
 def test_pieces_of_a_line_with_one_colour_are_one_path(page):
     """A frame of many nodes is mostly pieces of lines; neighbours of one colour and width are drawn together."""
     strokes = page.evaluate(
@@ -264,10 +315,9 @@ def test_what_is_stowed_small_has_a_view_of_its_start(start, has):
     assert found[0].what == ("opening" if has else "")
 
 
-def test_what_is_stowed_fills_the_first_frame_and_then_the_scale_is_that_of_all(browser, tmp_path):
+def test_what_is_stowed_fills_the_first_frame_and_then_the_scale_is_that_of_all(opened, tmp_path):
     """After 8 % of the run the length on the screen is in proportion to that of the boom."""
     animation.write(boom(0.1), tmp_path / "boom.html")
-    opened = browser.new_page(viewport={"width": 1000, "height": 700})
     opened.goto((tmp_path / "boom.html").as_uri())
     ends = f"{VIEWER}.spots.filter((s) => s.point).map((s) => s.x)"
 
@@ -291,4 +341,3 @@ def test_what_is_stowed_fills_the_first_frame_and_then_the_scale_is_that_of_all(
     assert at(2.0) == pytest.approx(3.05 / 6.0 * long, rel=0.05)
     assert at(0.4) == pytest.approx(0.69 / 6.0 * long, rel=0.1)
     assert 500.0 < at(0.0) < 1000.0
-    opened.close()

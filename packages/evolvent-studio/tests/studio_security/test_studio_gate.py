@@ -16,7 +16,6 @@ import urllib.request
 import pytest
 
 from evolvent_studio import gate
-from studio.conftest import browser  # noqa: F401  (a fixture)
 from studio.serving import SHORT, WAIT, part, serving
 
 TOKEN = "long enough"
@@ -277,7 +276,7 @@ def test_requests_without_what_they_need_are_no_error_of_the_server(asked):
 
 
 @pytest.fixture(scope="module")
-def page(server, browser):  # noqa: F811  (the fixture)
+def page(server, browser):
     """The page, opened by typing the token."""
     opened = browser.new_page()
     opened.goto(f"http://127.0.0.1:{urllib.parse.urlsplit(server.url).port}/")

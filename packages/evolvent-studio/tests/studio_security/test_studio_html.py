@@ -17,8 +17,7 @@ from evolvent.view import animation
 from evolvent_base import plots, showing
 from evolvent_base.figures import Figure, Line, Panel
 from evolvent_massprops import mass_properties
-from studio.conftest import AT_ONCE, browser  # noqa: F401  (a fixture)
-from studio.serving import SHORT, WAIT, choose, part, serving, settle
+from studio.serving import AT_ONCE, SHORT, WAIT, choose, part, serving, settle
 
 #: What would run if it were HTML, or an attribute, in one of the places where text stands.
 IMAGE = "<img src=x onerror=hacked()>"
@@ -165,7 +164,7 @@ def folder(tmp_path_factory):
 
 
 @pytest.mark.slow
-def test_nothing_that_a_folder_holds_becomes_html(browser, folder, tmp_path_factory, shots_of):  # noqa: F811
+def test_nothing_that_a_folder_holds_becomes_html(browser, folder, tmp_path_factory, shots_of):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_STATE_HOME", str(tmp_path_factory.mktemp("state")))
         with serving(folder) as server:

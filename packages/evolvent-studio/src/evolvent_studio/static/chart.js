@@ -57,8 +57,8 @@ export default {
       }
       const axis = { axisLine: { show: true, onZero: false, lineStyle: { color: ink } }, axisTick: { show: true }, splitLine: { lineStyle: { color: faint } },
         axisLabel: { color: ink, fontSize: 11, hideOverlap: true, formatter: formatted }, nameTextStyle: { color: ink, fontSize: 11.5 } };
-      const names = options.xAxis.names;
-      delete options.xAxis.names;
+      const { names } = options.xAxis, { names: levels, wide: levelsWide = 0 } = options.yAxis;
+      for (const key of ["names", "wide"]) { delete options.xAxis[key]; delete options.yAxis[key]; }
       options.xAxis = { ...axis, nameLocation: "middle", nameGap: 24, ...options.xAxis };
       options.yAxis = { ...axis, nameLocation: "end", nameGap: 13, ...options.yAxis };
       options.yAxis.nameTextStyle = { ...axis.nameTextStyle, align: "left", padding: [0, 0, 0, -40] };
@@ -66,12 +66,13 @@ export default {
       if (options.xAxis.type === "category") options.xAxis.axisLabel = { ...axis.axisLabel, formatter: undefined };
       if (options.yAxis.type === "category") options.yAxis.axisLabel = { ...axis.axisLabel, formatter: undefined };
       if (names) options.xAxis.axisLabel = { ...axis.axisLabel, formatter: (x) => names[x] ?? "" };
+      if (levels) options.yAxis.axisLabel = { ...axis.axisLabel, width: levelsWide, overflow: "truncate", formatter: (y) => levels[y] ?? "" };
       const titled = options.title && options.title.text, legend = options.legend && options.legend.show;
       const wide = legend && options.legend.wide, rows = (titled ? 20 : 0) + (wide ? 22 : 0);
       options.title = { show: !!titled, left: 4, top: 0, textStyle: { color: ink, fontSize: 12, fontWeight: "normal", width: this.$refs.box.clientWidth - 12, overflow: "truncate" }, ...(options.title || {}) };
-      options.legend = { type: "scroll", top: rows - (wide ? 22 : 0), right: 8, left: wide ? 8 : 120, itemHeight: 14, itemWidth: 18, itemGap: 10,
+      options.legend = { type: "scroll", top: rows - (wide ? 22 : 0), right: 8, left: wide ? 8 : 120, itemHeight: 13, itemWidth: 26, itemGap: 10,
         textStyle: { color: ink, fontSize: 11 }, pageTextStyle: { color: ink }, pageIconColor: ink, pageIconSize: 9, ...(options.legend || {}) };
-      options.grid = { left: 52, right: options.visualMap ? 104 : 18, top: rows + 36, bottom: 42, ...(options.grid || {}) };
+      options.grid = { left: Math.max(52, levelsWide + 16), right: options.visualMap ? 104 : 18, top: rows + 36, bottom: 42, ...(options.grid || {}) };
       options.tooltip = { trigger: options.visualMap || this.clickable || this.equal ? "item" : "axis", confine: true, backgroundColor: dark ? "#23272d" : "#fff", borderColor: faint,
         textStyle: { color: ink, fontSize: 11 }, valueFormatter: (v) => (v === null || v === undefined ? "-" : typeof v === "number" ? +v.toPrecision(6) + "" : v), ...(options.tooltip || {}) };
       const maps = options.series.some((s) => s.type === "heatmap");

@@ -89,17 +89,19 @@ class Names:
         """Name of what is kept for a name: of a variable over time its worst value, unless the name says another."""
         if not isinstance(name, str) or not name.strip():
             raise InputError(f"{name!r} is no name of a result; give one such as 'hinge 1.latch_time'")
-        if not others_of([name]) or split(name)[1] or self.start is None:
+        if not others_of([name]) or self.start is None:
             self._check(name)
             return name
         self._check(name)
+        own, asked = split(name)
         try:
-            found = variables.get(self.start, name)
+            found = variables.get(self.start, own)
         except InputError:  # a statistic, which the run knows
             return name
-        if any(size > 1 for dim, size in found.sizes.items() if dim != "time"):
-            raise InputError(f"{name!r} has {found.sizes} values; name one of them, such as {name}.x or {name}[0]")
-        return f"{name}.{reduction}" if "time" in found.dims else name
+        if sizes := {dim: size for dim, size in found.sizes.items() if dim != "time" and size > 1}:
+            many = " x ".join(f"{size} ({dim})" for dim, size in sizes.items())
+            raise InputError(f"{own!r} has {many} values; name one of them, such as {own}.x or {own}[0]")
+        return f"{name}.{reduction}" if "time" in found.dims and not asked else name
 
     def _check(self, name: str) -> None:
         if kept_clearances.is_clearance(name):

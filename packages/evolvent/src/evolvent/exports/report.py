@@ -82,11 +82,12 @@ def _page(run: Any, date: datetime.datetime, found: Clearances | None, written: 
         "Provenance": [an.Table(heads=(), rows=_provenance(run, date), words=2, kind="results")],
     }
     sections = [an.Section(title=title, blocks=blocks) for title, blocks in parts.items() if blocks]
-    status, missed = run.attrs["status"], _missed(run, margins)
+    status, missed, met = run.attrs["status"], _missed(run, margins), limits.met(limits.of_run(run))
+    verdict = f"{status}, but {' and '.join(missed)}" if missed else f"{status}, {met}" if met else status
     return showing.page(
         an.Answer(
             title=_title(run), about="Report of a simulation",
-            status=(f"{status}, but {' and '.join(missed)}" if missed else status, status in WELL and not missed),
+            status=(verdict, status in WELL and not missed),
             facts=[*_facts(run), *stored.facts], sections=[*_verdict(run, margins, missed), *_notes(run), *sections],
             contents=True,
         )

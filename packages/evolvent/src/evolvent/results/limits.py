@@ -63,6 +63,11 @@ def verdict(found: Sequence[Checked]) -> str:
     return f"{len(missed)} of {counted(len(found), 'limit')} {'is' if len(missed) == 1 else 'are'} missed"
 
 
+def met(found: Sequence[Checked]) -> str:
+    """In words, how many limits are met: "2 of 3 limits met"; '' without any."""
+    return f"{sum(one.is_met for one in found)} of {counted(len(found), 'limit')} met" if found else ""
+
+
 def numbers(run: xr.Dataset | xr.DataTree) -> list[Number]:
     """Rows of the table: each limit, and what the run has reached."""
     return [

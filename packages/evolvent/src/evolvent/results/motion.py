@@ -40,6 +40,7 @@ class Frame:
     solids : sequence of Solid, in the axes of the frame
     lift : float, m, by which it is drawn nearer than it is, so that it is seen inside a body
     marked : (nt,) bool, samples at which its solids have the colour of a warning; None for none
+    shown : (nt,) bool, samples at which it is drawn; None for all
     """
 
     name: str
@@ -49,6 +50,7 @@ class Frame:
     solids: Sequence[Solid] = ()
     lift: float = 0.0
     marked: Array | None = None
+    shown: Array | None = None
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -370,8 +372,10 @@ class Motion:
             for s in x.solids:
                 turned, scale = (None if v is None else values(v) for v in (s.turned, s.scale))
                 solids.append(dataclasses.replace(s, turned=turned, scale=scale))
-            marked = None if x.marked is None else values(x.marked)
-            return dataclasses.replace(x, origin=origin, attitude=attitude, solids=solids, marked=marked)
+            marked, shown = (None if v is None else values(v) for v in (x.marked, x.shown))
+            return dataclasses.replace(
+                x, origin=origin, attitude=attitude, solids=solids, marked=marked, shown=shown
+            )  # fmt: skip
 
         return dataclasses.replace(
             self,

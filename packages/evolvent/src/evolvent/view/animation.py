@@ -312,6 +312,8 @@ def _describe_frames(seen: Motion, kept: np.ndarray, header: dict[str, Any], blo
                 blocks[f"{what} {k} scaled {j}"] = solid.scale[kept]
         if frame.marked is not None:
             blocks[f"{what} {k} marked"] = frame.marked[kept]
+        if frame.shown is not None:
+            blocks[f"{what} {k} shown"] = frame.shown[kept].astype(float)
         still = _is_still(frame)
         header[f"{what}s"].append(
             {

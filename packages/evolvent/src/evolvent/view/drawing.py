@@ -29,7 +29,10 @@ Each group's attribute ``drawn`` is a list of mappings with one key:
     Of a part without its own extent: `body` (a part, or 'ground') and `centre` (body axes), or `origin` and
     `along` (variables; z of the symbol is along the second). `solids` as of a frame about the point, in units of the
     symbols' size, each with `turned` (a variable, rad) or `scaled` and `most` (a variable and its largest value);
-    `outline` (polylines, m); `lift` (true to draw it over its body).
+    `outline` (polylines, m); `lift` (true to draw it over its body); `near` (bodies that it joins, beside which it is
+    small).
+
+Symbols and marks are drawn `while` a variable, by its full name, is not 0: none of a joint that is released.
 
 Lines, forces and spools of a part that stands for several have `copies` {count, body, axis}: they are evenly spaced
 about an axis through the origin of the body, body axes.
@@ -60,7 +63,7 @@ _MOST_ARROWS = 100
 #: Most numbers beside the picture.
 _NUMBERS = 4
 #: Largest size of a symbol: share of the size of the structure, and of the body on which it is.
-_OF_STRUCTURE, _OF_BODY = 0.025, 0.12
+_OF_STRUCTURE, _OF_BODY = 0.02, 0.06
 
 
 def motion_of(run: xr.DataTree, *, title: str = "") -> Motion | None:
@@ -96,6 +99,8 @@ def motion_of(run: xr.DataTree, *, title: str = "") -> Motion | None:
                     surfaces.append(_quads(part, group, own))
                 elif kind == "marks":
                     points = np.stack([group[name].values for name in own["points"]], axis=1)
+                    if (shown := _shown(run, own)) is not None:
+                        points = np.where(shown[:, None, None], points, np.nan)
                     marks.append(Marks(name=part, points=points))
                 elif kind == "forces":
                     at, vectors = _thinned_arrows(*(group[own[key]].values for key in ("points", "vectors")))
@@ -156,8 +161,9 @@ def _symbol(run: xr.DataTree, part: str, own: dict[str, Any], frames: dict[str, 
     """The frame of a symbol, with its solids in m."""
     group, count = variables.group_of(run, part), run.to_dataset()["time"].size
     frame = frames.get(own.get("body", ""))
-    size, body = _OF_STRUCTURE * structure, 0.0 if frame is None else _body_size(frame)
-    size = min(size, _OF_BODY * body) if body > 0.0 else size
+    body = 0.0 if frame is None else _body_size(frame)
+    near = [_body_size(frames[name]) for name in own.get("near", ()) if name in frames]
+    size = min([_OF_STRUCTURE * structure, *(_OF_BODY * one for one in (body, *near) if one > 0.0)])
     if "origin" in own:
         origin, attitude = group[own["origin"]].values, _along(group[own["along"]].values)
     else:
@@ -177,7 +183,18 @@ def _symbol(run: xr.DataTree, part: str, own: dict[str, Any], frames: dict[str, 
         )
     lift = 2.0 * max(body, size) if own.get("lift") else 0.0
     outline = [np.array(polyline) for polyline in own.get("outline", [])]
-    return Frame(name=part, origin=origin, attitude=attitude, solids=solids, outline=outline, lift=lift)
+    return Frame(
+        name=part, origin=origin, attitude=attitude, solids=solids, outline=outline, lift=lift, shown=_shown(run, own)
+    )  # fmt: skip
+
+
+def _shown(run: xr.DataTree, own: dict[str, Any]) -> Array | None:
+    """Samples (nt,) at which something is drawn; None for all."""
+    part, _, name = str(own.get("while", "")).rpartition(".")
+    if not name or part not in variables.parts(run):
+        return None
+    group = variables.group_of(run, part)
+    return np.asarray(group[name].values > 0.5) if name in group.data_vars else None
 
 
 def _along(axes: Array) -> Array:

@@ -66,22 +66,22 @@ def summary(run: xr.DataTree) -> tuple[Figure | None, set[str]]:
     strip = _events(run)
     panels = [strip, *panels] if strip is not None else panels
     time = variables.root_dataset(run)["time"].values
-    end = max(_end(time, panels), _end_of_loads(run, time))
-    if end < time[-1]:
-        panels = [dataclasses.replace(panel, lines=[_until(line, end) for line in panel.lines]) for panel in panels]
     panels = [dataclasses.replace(panel, x_label="") for panel in panels[:-1]] + [
         dataclasses.replace(panels[-1], x_label="time, s")
     ]
-    title = "Summary"
-    if end < time[-1]:
-        title += (
-            f", up to {end:.3g} s: from there to {time[-1]:.6g} s no curve changes by more than {100 * _STILL:.0f} %"
-        )
     heights = [1.0] * len(panels)
     if strip is not None:
         heights[0] = _STRIP + _ROW * len(strip.lines)
     height = _TITLE + _PANEL * sum(heights)
-    return Figure(name="summary", title=title, panels=panels, height=height, heights=heights), drawn
+    whole = Figure(name="summary", title="Summary", panels=panels, height=height, heights=heights)
+    end = max(_end(time, panels), _end_of_loads(run, time))
+    if end >= time[-1]:
+        return whole, drawn
+    cut = [dataclasses.replace(panel, lines=[_until(line, end) for line in panel.lines]) for panel in panels]
+    title = (
+        f"Summary, up to {end:.3g} s: from there to {time[-1]:.6g} s no curve changes by more than {100 * _STILL:.0f} %"
+    )
+    return dataclasses.replace(whole, title=title, panels=cut, whole=whole), drawn
 
 
 def same_angles(run: xr.DataTree) -> set[str]:

@@ -167,6 +167,10 @@ def refuse_unstated(coordinate: MarginCoordinate, given: Set[str], known: of.Sta
     Parameters
     ----------
     given : categories that a part gives somewhere along the travel
+
+    Raises
+    ------
+    Unstated
     """
     name = coordinate.name
     asked = {category for one in known.requirements.values() for category in (*one.resisting, *one.added)}
@@ -176,7 +180,9 @@ def refuse_unstated(coordinate: MarginCoordinate, given: Set[str], known: of.Sta
     missing = [c for c in of.STATED if c in asked and c not in given and c not in coordinate.zero]
     if missing:
         verb, them = ("is", "it") if len(missing) == 1 else ("are", "them")
-        raise InputError(
+        raise of.Unstated(
             f"margin: {', '.join(missing)} of {name!r} {verb} neither given nor declared to be zero; add a part, or "
-            f"name {them} under margin.zero or margin.lines.{name}.zero"
+            f"name {them} under margin.zero or margin.lines.{name}.zero",
+            name,
+            missing,
         )

@@ -6,7 +6,7 @@ import functools
 import importlib.resources
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -34,6 +34,25 @@ CATEGORIES: tuple[str, ...] = get_args(Category)
 #: Resistances that a case states, or declares to be zero: what it is silent about must not become a margin. The others
 #: follow from parts that a mechanism cannot do without.
 STATED: tuple[str, ...] = get_args(Stated)
+
+#: The one of them that is none of a case without a specified acceleration: its margins are those at rest.
+ACCELERATION = "acceleration"
+
+
+class Unstated(InputError):
+    """A coordinate has resistances that are neither given nor declared to be zero.
+
+    Parameters
+    ----------
+    sentence : str
+    coordinate : str, its name
+    missing : sequence of str, the resistances
+    """
+
+    def __init__(self, sentence: str, coordinate: str = "", missing: Sequence[str] = ()) -> None:
+        super().__init__(sentence)
+        self.coordinate, self.missing = coordinate, tuple(missing)
+
 
 Factor = float | dict[str, float]
 

@@ -39,6 +39,8 @@ class Seat(NamedTuple):
     axis: Array
 
 
+#: Variable of a part that is 1 while it holds, 0 once it is released; its symbol, and those on it, are drawn so long.
+HOLDS = "closed"
 Drawn = Callable[[View, str, Observed], None]
 Placed = Callable[[View, str, Any], Seat | None]
 #: What draws symbols, by their names, and where kinds of parts are.
@@ -80,6 +82,25 @@ def add_symbols(view: View, name: str, found: Observed) -> None:
         raise InputError(f"the symbol of {name!r} is {stated!r}; {nearest(stated, _SYMBOLS)}")
     if stated and view.t.size:
         _SYMBOLS[stated](view, name, found)
+    joint, bodies = getattr(view.part(name), "joint", None), _bodies_of(view, name)
+    holder = joint if isinstance(joint, str) else name
+    for drawn in found.drawn:
+        if own := drawn.get("symbol"):
+            own["near"] = bodies
+        for kind in ("symbol", "marks"):
+            if kind in drawn and (holder != name or HOLDS in found.variables):
+                drawn[kind]["while"] = f"{holder}.{HOLDS}"
+
+
+def _bodies_of(view: View, name: str) -> list[str]:
+    """Names of the bodies that a part acts on."""
+    family, index = view.assembly.names.get(name, ("", 0))
+    if family not in families():
+        return []
+    records = functools.partial(getattr, view.model)
+    rows = view.joint_rows.get(name, []) if family == "joints" else [index]
+    found = {int(i) for k in rows for what, i in ends_of(family, records(family)[k], records) if what == "bodies"}
+    return [n for n, (kind, k) in view.assembly.names.items() if kind == "bodies" and k in found]
 
 
 # ------------------------------------------------------------------------------------------------ points

@@ -10,7 +10,20 @@ const MARKED = [226,96,84];  // of bodies that interfere
 const TRAILS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8a6d00", "#56b4e9", "#7a4fd0", "#a33b3b"];
 const OPENING = 0.08;  // share of a run after which a picture that opens on what is stowed holds the whole motion
 const MESH = 14;  // pixels of an element, about, from which lines are drawn around it
+const APART = 80;  // bodies up to which planes between them are sought
 const LIGHT = [-0.35, 0.6, -0.72];  // right, up, away from the eye
+
+// Whether two convex polygons of the picture overlap by more than a tenth of a pixel.
+const meet = (a, b) => {
+  for (const one of [a, b]) for (let i = 0; i < one.length; i += 2) {
+    const j = (i + 2) % one.length, x = one[i + 1] - one[j + 1], y = one[j] - one[i], size = Math.hypot(x, y);
+    if (!size) continue;
+    const ends = (p) => { let low = Infinity, high = -Infinity; for (let k = 0; k < p.length; k += 2) { const v = (x * p[k] + y * p[k + 1]) / size; low = Math.min(low, v); high = Math.max(high, v); } return [low, high]; };
+    const [l, h] = ends(a), [m, k] = ends(b);
+    if (h < m + 0.1 || k < l + 0.1) return false;
+  }
+  return true;
+};
 
 export class Picture {
   constructor(canvas, motions) {
@@ -120,12 +133,50 @@ export class Picture {
     Object.assign(this, { w, h, C, T, scale, distance: 6 * base.radius, middle: [w / 2 + camera.pan[0], h / 2 + camera.pan[1]] });
     this.parts = [];
     this.spots = [];
+    this.solids = [];
     if (this.grid) this.floor();
     for (const { run, point } of this.trails) this.track(run, point);
     for (const run of this.motions) this.collect(run);
+    this.separate();
     this.parts.sort((a, b) => b.depth - a.depth);
     this.paintParts();
     this.measures();
+  }
+  // Faces of bodies a small gap apart: the body on the eye's side of a plane between two of them is drawn over the other.
+  separate() {
+    const { solids } = this, eye = [0, 0, -this.distance];
+    if (solids.length < 2 || solids.length > APART) return;
+    for (const one of solids) {
+      const { at: first } = one.faces[0] ?? { at: [NaN, NaN] }, box = [first[0], first[1], first[0], first[1]];
+      for (const { at } of one.faces) for (let i = 0; i < at.length; i += 2) { box[0] = Math.min(box[0], at[i]); box[1] = Math.min(box[1], at[i + 1]); box[2] = Math.max(box[2], at[i]); box[3] = Math.max(box[3], at[i + 1]); }
+      one.box = box;
+    }
+    const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    // 1 where b lies beyond a face of the box around a and the eye as well: b is in front; -1 where the eye does not
+    const beyond = (a, b) => {
+      for (let n = 0; n < 3; n++) {
+        const axis = [a.M[n], a.M[3 + n], a.M[6 + n]], ends = (corners) => { const x = corners.map((p) => dot(axis, p)); return [Math.min(...x), Math.max(...x)]; };
+        const [low, high] = ends(a.corners), [from, to] = ends(b.corners), e = dot(axis, eye), slack = 1e-6 * (high - low + to - from);
+        if (from >= high - slack) return e > high ? 1 : -1;
+        if (to <= low + slack) return e < low ? 1 : -1;
+      }
+      return 0;
+    };
+    const over = solids.map(() => []);  // of each body those that it is drawn over
+    for (let i = 0; i < solids.length; i++) for (let j = 0; j < i; j++) {
+      const [a, b] = [solids[i], solids[j]];
+      if (!(a.box[0] < b.box[2] && b.box[0] < a.box[2] && a.box[1] < b.box[3] && b.box[1] < a.box[3])) continue;
+      const side = beyond(a, b) || -beyond(b, a);
+      if (side > 0) over[j].push(i); else if (side < 0) over[i].push(j);
+    }
+    const done = solids.map(() => 0);  // 1: under way, 2: its faces have their places
+    const place = (i) => {
+      if (done[i]) return;
+      done[i] = 1;
+      for (const j of over[i]) { place(j); for (const face of solids[i].faces) for (const { at, depth } of solids[j].faces) if (face.depth >= depth && meet(face.at, at)) face.depth = depth - 1e-9 * this.distance; }
+      done[i] = 2;
+    };
+    for (let i = 0; i < solids.length; i++) place(i);
   }
   // All parts in order; plain lines of one colour and width that follow one another are one path.
   paintParts() {
@@ -203,6 +254,8 @@ export class Picture {
     }
   }
   body(run, frame, k, A, b, what = "frame") {
+    const shown = run.blocks[`${what} ${k} shown`];
+    if (shown && shown[run.k] < 0.5) return;
     const [Q, p] = run.frame(k, what), first = this.parts.length, M = times(A, Q), c = apply(A, ...p).map((x, i) => x + b[i]);
     const main = run.header.main === frame.name, marked = run.blocks[`${what} ${k} marked`], color = marked && marked[run.k] > 0.5 ? MARKED : this.alone ? (what === "symbol" ? SYMBOL[0] : BODIES[main ? 0 : k % BODIES.length]) : this.runColor(run.index).map((x) => 0.45 * x + 130);
     frame.solids.forEach((solid, j) => {
@@ -211,7 +264,7 @@ export class Picture {
       if (!(size > 1e-3)) return;
       if (size !== 1) B = B.map((x) => x * size);
       if (solid.turned) { const angle = run.mix(run.blocks[`${what} ${k} turned ${j}`], 0, 1), [x, y] = [Math.cos(angle), Math.sin(angle)]; B = times(B, [1, 0, 0, 0, x, -y, 0, y, x]); }
-      this.solid(run.meshes[solid.mesh], times(M, B), apply(M, ...solid.centre).map((x, i) => x + c[i]), size * solid.size, solid.scaled && this.alone ? SYMBOL[1] : color);
+      this.solid(run.meshes[solid.mesh], times(M, B), apply(M, ...solid.centre).map((x, i) => x + c[i]), size * solid.size, solid.scaled && this.alone ? SYMBOL[1] : color, what === "frame");
     });
     for (const path of frame.outline) {
       let last = null;
@@ -230,8 +283,8 @@ export class Picture {
     const n = Math.min(24, Math.ceil(Math.hypot(q.at[0] - p.at[0], q.at[1] - p.at[1]) / 24)), point = (s) => [p.at[0] + s * (q.at[0] - p.at[0]), p.at[1] + s * (q.at[1] - p.at[1])];
     for (let i = 0; i < n; i++) this.parts.push({ depth: p.v[2] + (i + 0.5) / n * (q.v[2] - p.v[2]) - 4e-3 * this.base.radius, at: [...point(i / n), ...point((i + 1) / n)], line, width: 1.3 });
   }
-  solid(mesh, M, c, size, color) {
-    const { vertices, faces, dark, view, screen } = mesh, middle = this.screen(c);
+  solid(mesh, M, c, size, color, apart) {
+    const { vertices, faces, dark, view, screen } = mesh, middle = this.screen(c), first = this.parts.length;
     if (!middle || middle[0] !== middle[0]) return;
     if (size * middle[2] < 4) { this.parts.push({ depth: c[2], at: middle, round: Math.max(1.5, 0.7 * size * middle[2]), fill: css(color, 0.85) }); return; }
     for (let i = 0; i < vertices.length; i += 3) {
@@ -251,6 +304,7 @@ export class Picture {
       const corners = [screen[i], screen[i + 1], screen[j], screen[j + 1], screen[k], screen[k + 1], screen[l], screen[l + 1]];
       this.parts.push({ depth: Math.max(view[i + 2], view[j + 2], view[k + 2], view[l + 2]), at: corners, fill, line: this.alone ? fill : null, width: 1, alpha: this.alone ? 1 : 0.5 });
     }
+    if (apart) this.solids.push({ M, corners: mesh.corners.map((p) => apply(M, ...p).map((x, i) => x + c[i])), faces: this.parts.slice(first) });
   }
   tintOf(run, line) {  // colour of the piece after a point: the mean of both ends
     const values = line.values[this.color], { low, high } = run.header.colors[this.color] || { low: 0, high: 1 }, plain = this.alone ? this.paint.none : this.runColor(run.index);
@@ -330,7 +384,7 @@ export class Picture {
     const edge = css(this.alone ? this.paint.none : this.runColor(run.index), 0.55);
     for (let r = 0; r < rim.length; r += 2) {
       const ends = [rim[r], rim[r + 1]], at = [...corners(upper, ends), ...corners(lower, ends.reverse())];
-      if (known(at)) this.parts.push({ depth: 0.25 * ends.reduce((sum, i) => sum + upper.place[3 * i + 2] + lower.place[3 * i + 2], 0) - 1e-3 * this.base.radius, at, fill: edge, line: edge, width: 1 });
+      if (known(at)) this.parts.push({ depth: 0.25 * ends.reduce((sum, i) => sum + upper.place[3 * i + 2] + lower.place[3 * i + 2], 0) - Math.min(1e-3 * this.base.radius, surface.thickness), at, fill: edge, line: edge, width: 1 });
     }
   }
   spring(run, line, color) {

@@ -26,7 +26,8 @@ const STYLE = `
 .ev3-panel { position: absolute; right: 10px; bottom: 40px; max-height: 75%; overflow: auto; background: var(--back); border: 1px solid var(--line); border-radius: 6px; padding: 8px 12px; box-shadow: 0 2px 10px #0003; }
 .ev3-panel label { display: block; cursor: pointer; } .ev3-panel td { padding: 0 12px 0 0; } .ev3-panel td:first-child { color: var(--dim); white-space: nowrap; }
 .ev3 [hidden] { display: none; }
-@media (max-width: 560px) { .ev3-bar { width: 132px; top: auto; bottom: 10px; } .ev3-numbers { font-size: 11.5px; } .ev3-views { top: 8px; bottom: auto; flex-direction: column; } }`;
+@media (max-width: 560px) { .ev3-view { display: grid; grid-template-rows: auto minmax(0, 1fr); } .ev3-numbers { position: static; grid-row: 1; padding: 6px 12px 2px; } .ev3-numbers tbody { display: flex; flex-wrap: wrap; } .ev3 canvas, .ev3-bar, .ev3-views, .ev3-panel { grid-row: 2; }
+  .ev3-bar { width: 132px; top: auto; bottom: 10px; } .ev3-numbers { font-size: 11.5px; } .ev3-views { top: 8px; bottom: auto; flex-direction: column; } }`;
 
 const element = (tag, properties = {}, ...children) => {
   const { testid, class: name, ...rest } = properties, made = Object.assign(document.createElement(tag), rest);

@@ -4,45 +4,28 @@ from __future__ import annotations
 
 import os
 import pathlib
-import shutil
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
 
-from studio.serving import ABSENT, WAIT, part, serving, settle
+from studio.serving import ABSENT, ARGUMENTS, AT_ONCE, WAIT, chromium, part, serving, settle
 
-ARGUMENTS = [
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-]
-
-#: Run in each page: no transitions, which are drawn in software and awaited.
-AT_ONCE = """addEventListener("DOMContentLoaded", () => {
-  const style = document.createElement("style");
-  style.textContent = "*, *::before, *::after { transition: none !important; animation-duration: 1ms !important; }";
-  document.head.append(style);
-});"""
+#: Size of the page.
+SCREEN = {"width": 1440, "height": 900}
 #: Whether a test failed.
 FAILED = pytest.StashKey[bool]()
 
 
-def chromium() -> str | None:
-    """A Chromium of this machine: $EVOLVENT_CHROMIUM, or one on the path."""
-    names = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-    return os.environ.get("EVOLVENT_CHROMIUM") or next((p for n in names if (p := shutil.which(n))), None)
-
-
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Tests with a browser or a served studio are slow."""
+    """Tests with a browser or a served studio are slow; those with a browser come last.
+
+    All of them share it, and while it runs, no other event loop can be run, as other tests do.
+    """
     for item in items:
         if {"browser", "server"} & set(getattr(item, "fixturenames", ())):
             item.add_marker("slow")
+    items.sort(key=lambda item: "browser" in getattr(item, "fixturenames", ()))
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -53,12 +36,9 @@ def state_of_user(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
         yield
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def browser() -> Iterator[Any]:
-    """A headless Chromium; where there is none the test is skipped, with the reason.
-
-    Not for several files: while it runs, no other event loop can be run, as some tests elsewhere do.
-    """
+    """A headless Chromium; where there is none the test is skipped, with the reason."""
     sync_api = pytest.importorskip(
         "playwright.sync_api", reason="browser tests need playwright (pip install playwright)"
     )
@@ -85,36 +65,45 @@ def leave_out_files(patch: pytest.MonkeyPatch, page: Any) -> None:
     patch.setattr(page, "screenshot", lambda self, **keys: b"" if "path" in keys else taken(self, **keys))
 
 
-@pytest.fixture(scope="module")
-def server(browser: Any, folder: pathlib.Path) -> Iterator[Any]:
-    """A studio that serves the working folder of the tests of a file."""
-    with serving(folder) as started:
+@pytest.fixture(scope="session")
+def work(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
+    """The working folder of the studio; each file of tests adds what its own need, as its fixture `folder`."""
+    place = tmp_path_factory.mktemp("studio") / "work"
+    place.mkdir()
+    return place
+
+
+@pytest.fixture(scope="session")
+def server(browser: Any, work: pathlib.Path) -> Iterator[Any]:
+    """A studio that serves the working folder: a start takes ten seconds of processor time."""
+    with serving(work) as started:
         yield started
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def context(browser: Any) -> Iterator[Any]:
-    """One profile for all pages of a file, so that what a page is made of is fetched once; nothing fades in or out."""
-    opened = browser.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
+    """One profile for all pages, so that what a page is made of is fetched once; nothing fades in or out."""
+    opened = browser.new_context(viewport=SCREEN, accept_downloads=True)
     opened.set_default_timeout(WAIT)
     opened.add_init_script(AT_ONCE)
     yield opened
     opened.close()
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def kept_pages() -> list[Any]:
-    """The page that the tests of a file share, none before the first of them and after one that failed."""
+    """The page that the tests share, none before the first of them and after one that failed."""
     return []
 
 
 @pytest.fixture
-def page(request: pytest.FixtureRequest, context: Any, server: Any, kept_pages: list[Any]) -> Iterator[Any]:
-    """The page, at the file's `FIRST_TAB`; it asks nothing of another machine, and nothing goes wrong in it.
+def page(
+    context: Any, server: Any, folder: pathlib.Path, kept_pages: list[Any], request: pytest.FixtureRequest
+) -> Iterator[Any]:
+    """The page, with the panel of the case; it asks nothing of another machine, and nothing goes wrong in it.
 
-    It is loaded once for a file: a load costs a browser some seconds of processor time.
+    It is loaded once: a load costs a browser some seconds of processor time.
     """
-    tab, button = getattr(request.module, "FIRST_TAB", ("tab-case", "run"))
     if not kept_pages:
         opened = context.new_page()
         opened.outside, opened.wrong = [], []
@@ -127,8 +116,13 @@ def page(request: pytest.FixtureRequest, context: Any, server: Any, kept_pages: 
     if shown.locator(".q-dialog").count():  # of the test before
         shown.keyboard.press("Escape")
         shown.locator(".q-dialog").wait_for(state="detached")
-    shown.click(part(tab))
-    shown.wait_for_selector(part(button))
+    shown.set_viewport_size(SCREEN)
+    if getattr(shown, "tests", "") != request.module.__name__:  # a panel lists new files when it is turned to
+        shown.tests = request.module.__name__
+        shown.click(part("tab-runs"))
+        shown.wait_for_selector(part("runs"))
+    shown.click(part("tab-case"))
+    shown.wait_for_selector(part("run"))
     settle(shown)
     yield shown
     try:
