@@ -32,7 +32,7 @@ Array = np.ndarray
 #: Most constraints whose rank is found from singular values; of more, it is that of the factors of the tangent.
 MOST = 1500
 #: Singular value, beside the largest, that is zero.
-_ZERO = 1e-9
+ZERO = 1e-9
 #: Part in a dependence from which on a constraint counts as one of those that repeat one another.
 _PART = 1e-6
 #: Compliance beside that of a typical mass, and at least beside that of the lightest that takes part: round-off of its
@@ -270,7 +270,7 @@ def _rank_of(part: Any, size: Array, unresolved: int) -> tuple[int, Array | None
     if n > MOST:
         return n - unresolved, None
     U, values, _ = np.linalg.svd((scipy.sparse.diags(1.0 / size) @ part).toarray(), full_matrices=n > part.shape[1])
-    rank = min(int(np.sum(values > _ZERO * values[0])), n - 1)
+    rank = min(int(np.sum(values > ZERO * values[0])), n - 1)
     return rank, np.abs(U[:, rank:]).max(axis=1)
 
 
