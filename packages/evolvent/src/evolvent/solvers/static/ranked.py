@@ -16,6 +16,7 @@ import numpy as np
 import scipy
 
 from evolvent.algebra.singular import decomposed, null_vectors
+from evolvent.assembly.families import has_symmetric_stiffness
 from evolvent.solvers.common import redundancy
 from evolvent.solvers.static import equilibrium as eq
 from evolvent.solvers.static.work import MOST_DENSE, Work
@@ -140,3 +141,11 @@ class RankedNewton:
         G = K[w.n_v :, : w.n_v][held].toarray()
         U = np.linalg.svd((G * b.weight) / size[:, None], full_matrices=False)[0][:, : found.rank]
         b.la[held] = U @ (U.T @ (size * b.la[held])) / size
+
+
+def for_free_motions(work: Work) -> RankedNewton | None:
+    """Newton's method by singular values where free motions along which no force acts need it, else None."""
+    if not can_rank(work) or not has_symmetric_stiffness(work.model) or np.any(work.balance.spin[:3]):
+        return None
+    found = RankedNewton(work)
+    return found if found.free > 0 else None

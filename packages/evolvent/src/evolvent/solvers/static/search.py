@@ -10,14 +10,13 @@ import numpy as np
 
 from evolvent.algebra.singular import null_vectors
 from evolvent.assembly import families
-from evolvent.model.registry import asked
 from evolvent.solvers.common import balance as eb
 from evolvent.solvers.common.hints import hints_on
 from evolvent.solvers.common.sampled import empty, forces_of
 from evolvent.solvers.common.solution import NEWTON, Path, Solution
 from evolvent.solvers.static import equilibrium as eq
 from evolvent.solvers.static.linear_motion import growing_motions, has_gyroscopic_forces
-from evolvent.solvers.static.ranked import HELD, RankedNewton, can_rank
+from evolvent.solvers.static.ranked import HELD, RankedNewton, can_rank, for_free_motions
 from evolvent.solvers.static.work import MOST_ITERATIONS, RESOLVED, Work, add_turn
 
 Array = np.ndarray
@@ -70,17 +69,6 @@ class StaticSearch:
             self._back(state)
             self.ranked = RankedNewton(w)
         return self.ranked.balance(factor, share, self.tolerance, MOST_ITERATIONS)
-
-    def _rank(self) -> bool:
-        """Take singular values for pivots from here on if free motions need it; returns whether that has begun."""
-        w = self.work
-        if self.ranked is not None or not can_rank(w) or not families.has_symmetric_stiffness(w.model):
-            return False
-        ranked = RankedNewton(w)
-        if ranked.free == 0 or np.any(w.balance.spin[:3]):
-            return False
-        self.ranked = ranked
-        return True
 
     def _free_motions(self, factor: float) -> tuple[int, list[str]]:
         """How many motions are free at a load factor, and the parts that they move."""
@@ -252,7 +240,8 @@ class StaticSearch:
                     step = 0.25 * (s - reached)
                     if step >= SMALLEST_STEP:
                         continue
-                    if self._rank():
+                    if self.ranked is None and (ranked := for_free_motions(self.work)) is not None:
+                        self.ranked = ranked
                         step = FIRST_STEP
                         continue
                     return self._leave_path(at, reached, s, state, found)
@@ -440,18 +429,11 @@ class StaticSearch:
 
     def _acting(self, free: list[str]) -> str:
         """Which loads act on parts that nothing holds, in words."""
-        w = self.work
-        model, names = w.model, w.assembly.names
-        found = []
-        acting = asked("statics.acts_on")
-        for name, (family, index) in names.items():
-            target = acting[family](model, index, w.balance.parameters, w.time) if family in acting else None
-            if target is not None and any(_holds(model, names[part], target) for part in free):
-                found.append(name)
+        found = self.work.loads_on(free)
         if not found:
             return ""
         acts = "acts" if len(found) == 1 else "act"
-        return f", on which {_names(found)} {acts} at t = {w.time:g} s (argument `time`)"
+        return f", on which {_names(found)} {acts} at t = {self.work.time:g} s (argument `time`)"
 
     def _fail(self, factor: float, why: str) -> bool:
         if not self.kept:  # a search that reaches nothing keeps where it stood
@@ -514,8 +496,3 @@ def _ways(count: int) -> str:
 
 def _motions(count: int) -> str:
     return "one motion" if count == 1 else f"{count} motions"
-
-
-def _holds(model: Any, part: tuple[str, int], target: tuple[str, int]) -> bool:
-    """Whether what a load acts on belongs to a part."""
-    return part == target or (target[0] == "bodies" and target[1] in families.bodies_of(model, *part))

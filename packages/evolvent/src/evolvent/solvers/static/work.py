@@ -355,6 +355,17 @@ class Work:
                 found.append(name)
         return found
 
+    def loads_on(self, parts: list[str]) -> list[str]:
+        """Names of the loads that act on parts, or on their bodies."""
+        model, names = self.model, self.assembly.names
+        found = []
+        acting = asked("statics.acts_on")
+        for name, (family, index) in names.items():
+            target = acting[family](model, index, self.balance.parameters, self.time) if family in acting else None
+            if target is not None and any(_holds(model, names[part], target) for part in parts):
+                found.append(name)
+        return found
+
 
 def _allowed_moves(G: Array, size: Array) -> Any:
     """A basis of the null space of constraints G (m, n): a sparse matrix (n, n - rank).
@@ -444,3 +455,8 @@ def add_turn(model: mdl.Model, spin: Array, y: Array) -> None:
             y[v : v + 3] = model.bodies["R"][b].T @ w
         elif block["kind"] == ANGLE:
             y[v] = (model.bodies["R"][b] @ model.bodies["axis"][b]) @ w
+
+
+def _holds(model: Any, part: tuple[str, int], target: tuple[str, int]) -> bool:
+    """Whether what a load acts on belongs to a part."""
+    return part == target or (target[0] == "bodies" and target[1] in bodies_of(model, *part))
