@@ -11,16 +11,16 @@ from scipy.optimize import brentq
 import evolvent as ev
 from evolvent import cases, parts
 
-BAR, HUB_MASS, BAR_MASS, STIFFNESS, GRAVITY = 2.65, 0.2, 0.6, 20.0, 0.5
+BAR, HUB_MASS, BAR_MASS, STIFFNESS = 2.65, 0.2, 0.6, 20.0
 #: Elevation of the bars at which the angle of a pivot is 0, and at the start, rad.
 OPEN, START = math.radians(30.0), math.radians(60.0)
 
 
-def ring(count: int, rest: float) -> ev.System:
-    """Pantographs of the case `ring-antenna` in a ring, with rigid hinges at the hubs and springs without latches."""
+def ring(count: int, start: float, gravity: float, **spring: float | None) -> ev.System:
+    """Pantographs of the case `ring-antenna` in a ring, with rigid hinges at the hubs; keys of the springs, or None."""
     found = cases.content_of("ring-antenna")
     c, s = math.cos(math.pi / count), math.sin(math.pi / count)
-    high, radius = BAR * math.sin(START), BAR * math.cos(START) / (2.0 * s)
+    high, radius = BAR * math.sin(start), BAR * math.cos(start) / (2.0 * s)
     own = {name: part for name, part in found["parts"].items() if name != "net"}
     for part in own.values():
         if "repeat" in part:
@@ -33,22 +33,21 @@ def ring(count: int, rest: float) -> ev.System:
     own["top"]["position"], own["foot"]["position"] = [radius, 0.0, high], [radius, 0.0, 0.0]
     own["boom"]["a"] = [radius, 0.0, 0.0]
     for name, sense in (("rise", -1.0), ("fall", 1.0)):
-        turn = {"euler": [0.0, sense * START, 0.5 * math.pi + math.pi / count], "order": "xyz"}
+        turn = {"euler": [0.0, sense * start, 0.5 * math.pi + math.pi / count], "order": "xyz"}
         own[name] |= {"position": [radius * c * c, radius * c * s, 0.5 * high], "orientation": turn}
-    for key in ("latch", "latch_stiffness", "latch_damping"):
-        del own["spring"][key]
-    own["spring"] |= {"start": 2.0 * (START - OPEN), "rest": rest}
-    return ev.load({"system": "structure", "parts": own, "gravity": [0.0, 0.0, -GRAVITY]})
+    keys = own["spring"] | {"start": 2.0 * (start - OPEN), **spring}
+    own["spring"] = {key: value for key, value in keys.items() if value is not None}
+    return ev.load({"system": "structure", "parts": own, "gravity": [0.0, 0.0, -gravity]})
 
 
-@pytest.mark.parametrize("count", [3, 4])
-def test_ring_of_rigid_hinges(count: int) -> None:
+@pytest.mark.parametrize(("count", "gravity"), [(3, 0.5), (5, 0.0)])
+def test_ring_of_rigid_hinges(count: int, gravity: float) -> None:
     """Springs at all pivots carry the weight: 2 k (a - a0) + (hub + bar) g L cos f = 0, a = 2 (f - 30 deg)."""
-    rest = math.radians(50.0)
-    found = ring(count, rest).equilibrium()
+    rest, latch = math.radians(50.0), dict.fromkeys(("latch", "latch_stiffness", "latch_damping"))
+    found = ring(count, START, gravity, rest=rest, **latch).equilibrium()
 
     def moment(f: float) -> float:
-        weight = (HUB_MASS + BAR_MASS) * GRAVITY
+        weight = (HUB_MASS + BAR_MASS) * gravity
         return 2.0 * STIFFNESS * (2.0 * (f - OPEN) - rest) + weight * BAR * math.cos(f)
 
     f = float(brentq(moment, OPEN, START, xtol=1e-14))
@@ -57,6 +56,14 @@ def test_ring_of_rigid_hinges(count: int) -> None:
     np.testing.assert_allclose(angles, 2.0 * (f - OPEN), atol=1e-9)
     np.testing.assert_allclose(heights, BAR * math.sin(f), rtol=1e-9)
     assert found.attrs["message"].startswith("the whole load is carried; ")
+    assert f"{24 * count - 1} of " in found.attrs["message"]
+
+
+def test_latched_ring_of_rigid_hinges() -> None:
+    """Springs of 20 N m/rad, whose rest is at -60 deg, against latches of 100 kN m/rad."""
+    found = ring(3, OPEN, 0.0).equilibrium()
+    angles = [found[f"spring {n}"].angle.values[0] for n in (1, 2, 3)]
+    assert angles == pytest.approx([-STIFFNESS * math.radians(60.0) / (1e5 + STIFFNESS)] * 3, rel=1e-9)
 
 
 def test_platform_on_parallel_cranks() -> None:
