@@ -53,6 +53,8 @@ class Redundancy:
     constraints, rank : int, number of scalar constraints, and of independent ones
     names : list of str, parts whose constraints depend on one another
     rows : (n,) int, rows that take part, with what they are connected to
+    held, sizes : (k,) int and float, all rows that hold as constraints, and what their multipliers, forces and moments,
+        are multiplied by to count alike
     length : float, m, size of the system
     compliance : float, beside that of a typical mass
     """
@@ -61,6 +63,8 @@ class Redundancy:
     rank: int
     names: list[str]
     rows: Array
+    held: Array
+    sizes: Array
     length: float
     compliance: float
 
@@ -261,7 +265,7 @@ def allow(assembly: Assembly, matrix: SparseBlocks, weight: Array, mass: float, 
     held_rows["slack"][rows] = size * compliance
     info = model.info
     info.redundant = 1
-    return Redundancy(held.size, rank, names, rows, length, compliance)
+    return Redundancy(held.size, rank, names, rows, held, 1.0 / scale, length, compliance)
 
 
 def _rank_of(part: Any, size: Array, unresolved: int) -> tuple[int, Array | None]:

@@ -87,6 +87,8 @@ class RankedNewton:
                 b.loop.first_unbalance = b.loop.unbalance
             largest = max(largest, float(b.loop.unbalance))
             K = w.whole_tangent(factor)
+            if not np.all(np.isfinite(K.data)):
+                return eq.SINGULAR
             b.x[:] = self._correction(K)
             b.d[:] = b.x[: w.n_v]
             norm = float(eq.move(1.0, w.model, b))
@@ -135,12 +137,9 @@ class RankedNewton:
         w, b, found = self.work, self.work.balance, self.work.redundancy
         if found is None:
             return
-        rows = w.model.constraints
-        held = np.flatnonzero(redundancy.is_held(rows, w.time))
-        size = np.where(rows["turns"][held], 1.0 / found.length, 1.0)
-        G = K[w.n_v :, : w.n_v][held].toarray()
-        U = np.linalg.svd((G * b.weight) / size[:, None], full_matrices=False)[0][:, : found.rank]
-        b.la[held] = U @ (U.T @ (size * b.la[held])) / size
+        G = K[w.n_v :, : w.n_v][found.held].toarray() * b.weight / found.sizes[:, None]
+        U = np.linalg.svd(G, full_matrices=False)[0][:, : found.rank]
+        b.la[found.held] = U @ (U.T @ (found.sizes * b.la[found.held])) / found.sizes
 
 
 def for_free_motions(work: Work) -> RankedNewton | None:
