@@ -10,10 +10,12 @@ from scipy.optimize import brentq
 
 import evolvent as ev
 from evolvent import cases, parts
+from evolvent_base.errors import RunFailed
 
 BAR, HUB_MASS, BAR_MASS, STIFFNESS = 2.65, 0.2, 0.6, 20.0
 #: Elevation of the bars at which the angle of a pivot is 0, and at the start, rad.
 OPEN, START = math.radians(30.0), math.radians(60.0)
+UNLATCHED = dict.fromkeys(("latch", "latch_stiffness", "latch_damping"))
 
 
 def ring(count: int, start: float, gravity: float, **spring: float | None) -> ev.System:
@@ -43,8 +45,8 @@ def ring(count: int, start: float, gravity: float, **spring: float | None) -> ev
 @pytest.mark.parametrize(("count", "gravity"), [(3, 0.5), (5, 0.0)])
 def test_ring_of_rigid_hinges(count: int, gravity: float) -> None:
     """Springs at all pivots carry the weight: 2 k (a - a0) + (hub + bar) g L cos f = 0, a = 2 (f - 30 deg)."""
-    rest, latch = math.radians(50.0), dict.fromkeys(("latch", "latch_stiffness", "latch_damping"))
-    found = ring(count, START, gravity, rest=rest, **latch).equilibrium()
+    rest = math.radians(50.0)
+    found = ring(count, START, gravity, rest=rest, **UNLATCHED).equilibrium()
 
     def moment(f: float) -> float:
         weight = (HUB_MASS + BAR_MASS) * gravity
@@ -57,6 +59,19 @@ def test_ring_of_rigid_hinges(count: int, gravity: float) -> None:
     np.testing.assert_allclose(heights, BAR * math.sin(f), rtol=1e-9)
     assert found.attrs["message"].startswith("the whole load is carried; ")
     assert f"{24 * count - 1} of " in found.attrs["message"]
+
+
+def test_ring_that_floats() -> None:
+    """Free motions beside redundant constraints: springs at rest without weight, nothing that holds it with weight."""
+    rest = math.radians(50.0)
+    floats, falls = (ring(4, START, gravity, rest=rest, **UNLATCHED) for gravity in (0.0, 0.5))
+    for system in (floats, falls):
+        system.remove("boom")
+    found = floats.equilibrium()
+    assert "against 6 motions" in found.attrs["message"]
+    assert [found[f"spring {n}"].angle.values[0] for n in (1, 2, 3, 4)] == pytest.approx([rest] * 4, abs=1e-9)
+    with pytest.raises(RunFailed, match="nothing holds 'top 1'"):
+        falls.equilibrium()
 
 
 def test_latched_ring_of_rigid_hinges() -> None:

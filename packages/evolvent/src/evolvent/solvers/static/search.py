@@ -358,6 +358,7 @@ class StaticSearch:
                 return
             state, factor = self._state(), self.reached
             w.couple()
+            w.model.info.compliance = w.compliance
             found = eq.follow(w.time, w.step, length, self.tolerance, MOST_ITERATIONS, w.model, w.matrix, b)
             sharp = found >= 0 and length > 1e2 * shortest and self._cosine(state[2]) < 0.5
             if found < 0 or sharp:
