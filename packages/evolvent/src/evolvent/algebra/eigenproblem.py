@@ -22,6 +22,8 @@ DENSE = 300
 ZERO = 1e-6
 #: What a square of a frequency may owe to round-off, in parts of the sum of all products behind it.
 ROUND_OFF = 5e-14
+#: Row of a stiffness beside the largest, below which it is round-off.
+EPSILON = 1e-16
 #: How many times its round-off the square of a frequency must be below 0 for the motion to grow.
 SURE = 10.0
 #: Squares of frequencies above so many times the shift are found without it.
@@ -92,7 +94,8 @@ class Eigenproblem:
         self.M, self.C, self.K, self.n = M.tocsc(), C.tocsc(), K.tocsc(), K.shape[0]
         scale, size = abs(K).max(axis=1).toarray().ravel(), G.shape[0]
         norms = np.sqrt(np.asarray(G.multiply(G).sum(axis=1)).ravel()) if size else np.zeros(0)
-        self.typical = float(np.median(scale[scale > 0.0])) if np.any(scale) else 1.0
+        # rows of bodies that constraints alone hold may have nothing but round-off
+        self.typical = float(np.median(scale[scale > EPSILON * scale.max()])) if np.any(scale) else 1.0
         self.G = scipy.sparse.diags(self.typical / norms) @ G if size else G
         self.size = self.n - size
         m = M.diagonal()

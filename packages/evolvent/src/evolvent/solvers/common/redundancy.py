@@ -32,7 +32,7 @@ Array = np.ndarray
 #: Most constraints whose rank is found from singular values; of more, it is that of the factors of the tangent.
 MOST = 1500
 #: Singular value, beside the largest, that is zero.
-_ZERO = 1e-9
+ZERO = 1e-9
 #: Part in a dependence from which on a constraint counts as one of those that repeat one another.
 _PART = 1e-6
 #: Compliance beside that of a typical mass, and at least beside that of the lightest that takes part: round-off of its
@@ -53,6 +53,8 @@ class Redundancy:
     constraints, rank : int, number of scalar constraints, and of independent ones
     names : list of str, parts whose constraints depend on one another
     rows : (n,) int, rows that take part, with what they are connected to
+    held, sizes : (k,) int and float, all rows that hold as constraints, and what their multipliers, forces and moments,
+        are multiplied by to count alike
     length : float, m, size of the system
     compliance : float, beside that of a typical mass
     """
@@ -61,6 +63,8 @@ class Redundancy:
     rank: int
     names: list[str]
     rows: Array
+    held: Array
+    sizes: Array
     length: float
     compliance: float
 
@@ -261,7 +265,7 @@ def allow(assembly: Assembly, matrix: SparseBlocks, weight: Array, mass: float, 
     held_rows["slack"][rows] = size * compliance
     info = model.info
     info.redundant = 1
-    return Redundancy(held.size, rank, names, rows, length, compliance)
+    return Redundancy(held.size, rank, names, rows, held, 1.0 / scale, length, compliance)
 
 
 def _rank_of(part: Any, size: Array, unresolved: int) -> tuple[int, Array | None]:
@@ -270,7 +274,7 @@ def _rank_of(part: Any, size: Array, unresolved: int) -> tuple[int, Array | None
     if n > MOST:
         return n - unresolved, None
     U, values, _ = np.linalg.svd((scipy.sparse.diags(1.0 / size) @ part).toarray(), full_matrices=n > part.shape[1])
-    rank = min(int(np.sum(values > _ZERO * values[0])), n - 1)
+    rank = min(int(np.sum(values > ZERO * values[0])), n - 1)
     return rank, np.abs(U[:, rank:]).max(axis=1)
 
 

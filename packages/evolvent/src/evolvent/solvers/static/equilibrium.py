@@ -17,7 +17,7 @@ import numpy as np
 from numba import types, void
 
 from evolvent.algebra import sparse_lu
-from evolvent.algebra.sparse import SPARSE, add_entry, diagonal
+from evolvent.algebra.sparse import SPARSE, diagonal
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.compiled.pointer import Struct, array, record
 from evolvent.equations import step_end
@@ -43,9 +43,9 @@ FORCE, MOMENT, CORRECTION, N_HISTORY = range(4)
 CONSISTENT, ROUND_OFF = 1e-7, 1e-14
 #: What the iterations count. loose: unknowns without pivot; factor: of the load; first_unbalance, unbalance: J, at the
 #: first and the last iteration; correction: the last; quality: worst pivot; stiffest: largest stiffness, J, of an
-#: unknown that moves by its size; noted: rows of the history; holds: 1 where `StaticWorkspace.held` counts.
+#: unknown that moves by its size; noted: rows of the history.
 LOOP = np.dtype(
-    [(name, np.int64) for name in ("loose", "iterations", "factorizations", "noted", "holds")]
+    [(name, np.int64) for name in ("loose", "iterations", "factorizations", "noted")]
     + [(name, np.float64) for name in ("factor", "first_unbalance", "unbalance", "correction", "quality", "stiffest")],
     align=True,
 )
@@ -61,7 +61,6 @@ class StaticWorkspace(Struct):
     start : (nu,) float, what the start left unbalanced
     d, total, before : (nv,) float, an iteration's move, and those of this and of the last step
     weight : (nv,) float, size of each velocity's coordinate
-    held : (nv,) float, stiffness by which Newton's method, not the structure, is held against its free motions
     is_moment : (nv,) int, 1 of turns and slopes, whose unbalance is a moment
     history : (iterations + 1, N_HISTORY) float
         Of Newton's method at the last load factor: largest unbalanced force (N) and moment (N m) before each iteration
@@ -84,7 +83,6 @@ class StaticWorkspace(Struct):
     total: np.ndarray = array(1)
     before: np.ndarray = array(1)
     weight: np.ndarray = array(1)
-    held: np.ndarray = array(1)
     is_moment: np.ndarray = array(1, np.int64)
     history: np.ndarray = array(2)
     powers: np.ndarray = array(1)
@@ -194,10 +192,6 @@ def _factor(t, shift, factor, model, matrix, b):
     b.loop.stiffest = 0.0
     for i in range(b.weight.size):
         b.loop.stiffest = max(b.loop.stiffest, abs(diagonal(matrix, i)) * b.weight[i] * b.weight[i])
-    if b.loop.holds != 0:
-        for i in range(b.held.size):
-            if b.held[i] != 0.0:
-                add_entry(matrix, i, i, b.held[i])
     found = sparse_lu.factor(matrix)
     b.loop.factorizations += 1
     b.loop.loose = max(found, 0)
@@ -206,7 +200,7 @@ def _factor(t, shift, factor, model, matrix, b):
 
 
 @indirect(REAL(REAL, MODEL, _WORKSPACE))
-def _move(cut, model, b):
+def move(cut, model, b):
     """Move the state and the multipliers by `cut` times (b.d, b.x); returns the largest part of its size moved."""
     norm = 0.0
     for i in range(b.d.size):
@@ -246,7 +240,7 @@ def balance(t, step, factor, share, tolerance, most, model, matrix, b):
         sparse_lu.solve(matrix, b.x)
         for i in range(b.d.size):
             b.d[i] = b.x[i]
-        norm = _move(1.0, model, b)
+        norm = move(1.0, model, b)
         if not math.isfinite(norm):
             return NOT_FINITE
         b.loop.correction = b.history[iteration, CORRECTION] = norm
@@ -309,7 +303,7 @@ def relax(t, step, factor, shift, goal, most, model, matrix, b):
             if norm <= 0.2:
                 break
             shift *= 4.0
-        if not math.isfinite(_move(1.0, model, b)):
+        if not math.isfinite(move(1.0, model, b)):
             return NOT_FINITE
         b.loop.iterations += 1
     return NO_CONVERGENCE
@@ -369,7 +363,7 @@ def follow(t, step, length, tolerance, most, model, matrix, b):
             b.x[i] += change * b.z[i]
         for i in range(n_v):
             b.d[i] = b.x[i]
-        norm = _move(1.0, model, b)
+        norm = move(1.0, model, b)
         if not math.isfinite(norm):
             return NOT_FINITE
         factor += change if norm <= LARGEST_MOVE else change * LARGEST_MOVE / norm
@@ -394,10 +388,7 @@ def probe(t, step, factor, shift, model, matrix, b):
     """Unbalance at a factor into b.r, and the factors of the tangent; returns what `sparse_lu.factor` does."""
     unbalance(t, step, factor, 1.0, model, b, b.r)
     b.loop.unbalance = _work_of(b.r, b)
-    holds, b.loop.holds = b.loop.holds, 0
-    found = _factor(t, shift, factor, model, matrix, b)
-    b.loop.holds = holds
-    return found
+    return _factor(t, shift, factor, model, matrix, b)
 
 
 @indirect(void(REAL, MODEL, _WORKSPACE, VECTOR))

@@ -8,15 +8,16 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.algebra.singular import null_vectors
 from evolvent.assembly import families
-from evolvent.model.registry import asked
 from evolvent.solvers.common import balance as eb
 from evolvent.solvers.common.hints import hints_on
 from evolvent.solvers.common.sampled import empty, forces_of
 from evolvent.solvers.common.solution import NEWTON, Path, Solution
 from evolvent.solvers.static import equilibrium as eq
 from evolvent.solvers.static.linear_motion import growing_motions, has_gyroscopic_forces
-from evolvent.solvers.static.work import MOST_ITERATIONS, Work, add_turn
+from evolvent.solvers.static.ranked import HELD, RankedNewton, can_rank, for_free_motions
+from evolvent.solvers.static.work import MOST_ITERATIONS, RESOLVED, Work, add_turn
 
 Array = np.ndarray
 
@@ -43,6 +44,8 @@ class StaticSearch:
         self.worst = 1.0
         self.free: list[str] = []
         self.unstable = -1
+        #: Newton's method once pivots do not show the rank of the tangent.
+        self.ranked: RankedNewton | None = None
         #: Rows of `Path.newton`, and how many there were before each point that is kept.
         self.newton: list[tuple[Any, ...]] = []
         self.marks: list[int] = []
@@ -53,11 +56,28 @@ class StaticSearch:
     # ------------------------------------------------------------------------------------------ one step
 
     def _balance(self, factor: float, share: float = 1.0) -> int:
-        w = self.work
+        w, b = self.work, self.work.balance
         w.couple()
-        return int(
-            eq.balance(w.time, w.step, factor, share, self.tolerance, MOST_ITERATIONS, w.model, w.matrix, w.balance)
-        )
+        if self.ranked is None:
+            state = self._state()
+            found = int(
+                eq.balance(w.time, w.step, factor, share, self.tolerance, MOST_ITERATIONS, w.model, w.matrix, b)
+            )
+            resolved = found >= 0 and b.loop.loose == 0 and b.loop.quality > RESOLVED
+            if resolved or w.redundancy is None or not can_rank(w):
+                return found
+            self._back(state)
+            self.ranked = RankedNewton(w)
+        return self.ranked.balance(factor, share, self.tolerance, MOST_ITERATIONS)
+
+    def _free_motions(self, factor: float) -> tuple[int, list[str]]:
+        """How many motions are free at a load factor, and the parts that they move."""
+        w = self.work
+        if self.ranked is not None:
+            X = self.ranked.free_motions(factor)
+            return X.shape[1], w.moved(X) if X.size else []
+        count = w.probe(factor)
+        return count, w.free_motions(factor) if count > 0 else []
 
     def _note(self, factor: float) -> None:
         """Keep how Newton's method has come to the accepted state."""
@@ -113,6 +133,7 @@ class StaticSearch:
         shift, goal = max(float(ratio.max()) / 0.05, 1e-12), 1e-3
         for _ in range(4):
             w.couple()
+            w.model.info.compliance = w.compliance
             found = eq.relax(w.time, w.step, factor, shift, goal, MOST_SLIDES, w.model, w.matrix, b)
             if found < 0:
                 return False
@@ -219,7 +240,8 @@ class StaticSearch:
                     step = 0.25 * (s - reached)
                     if step >= SMALLEST_STEP:
                         continue
-                    if self.work.hold_free_motions():
+                    if self.ranked is None and (ranked := for_free_motions(self.work)) is not None:
+                        self.ranked = ranked
                         step = FIRST_STEP
                         continue
                     return self._leave_path(at, reached, s, state, found)
@@ -267,13 +289,12 @@ class StaticSearch:
         left = float(w.balance.loop.correction)
         if left > UNCERTAIN * self.tolerance:
             self.message += f"; round-off leaves it uncertain by {left:.1g} of its size"
-        count = w.probe(factor)
-        if w.balance.loop.holds != 0:
-            count = int(np.count_nonzero(w.balance.held))
+        count, free = self._free_motions(factor)
         if count > 0:
-            self.free = w.free_motions(factor)
+            self.free = free
             eq.unbalance(w.time, w.step, factor, 1.0, w.model, w.balance, w.balance.r)
-            count = w.count_free_motions(count)
+            if self.ranked is None and can_rank(w) and not np.any(w.balance.spin[:3]):
+                count = null_vectors(w.tangent(0.0, 0.0), HELD).shape[1] or count
         elif not families.has_symmetric_stiffness(w.model):
             eq.unbalance(w.time, w.step, factor, 1.0, w.model, w.balance, w.balance.r)
             count, self.free = w.unsymmetric_free_motions()
@@ -337,6 +358,7 @@ class StaticSearch:
                 return
             state, factor = self._state(), self.reached
             w.couple()
+            w.model.info.compliance = w.compliance
             found = eq.follow(w.time, w.step, length, self.tolerance, MOST_ITERATIONS, w.model, w.matrix, b)
             sharp = found >= 0 and length > 1e2 * shortest and self._cosine(state[2]) < 0.5
             if found < 0 or sharp:
@@ -375,10 +397,9 @@ class StaticSearch:
 
     def _failure_message(self, code: int, factor: float) -> str:
         """Why a step failed, in words."""
-        w, b = self.work, self.work.balance
-        found = w.probe(self.reached)
-        if found > 0 and b.loop.holds == 0:  # else no force acts along what is free
-            free = w.free_motions(self.reached)
+        b = self.work.balance
+        found, free = self._free_motions(self.reached)
+        if found > 0 and (self.ranked is None or self.ranked.free == 0):  # else no force acts along what is free
             found, free = self._free_under_load(found, free)
             if free:
                 self.free = free
@@ -397,8 +418,7 @@ class StaticSearch:
         """Of motions that are free at the factor reached, and the parts that they move, those that no load holds."""
         w, la = self.work, self.work.balance.la.copy()
         if free and w.carry():
-            count = w.probe(1.0)
-            under = w.free_motions(1.0) if count > 0 else []
+            count, under = self._free_motions(1.0)
             free = [name for name in free if name in under]
             w.balance.la[:] = la
             w.probe(self.reached)
@@ -410,18 +430,11 @@ class StaticSearch:
 
     def _acting(self, free: list[str]) -> str:
         """Which loads act on parts that nothing holds, in words."""
-        w = self.work
-        model, names = w.model, w.assembly.names
-        found = []
-        acting = asked("statics.acts_on")
-        for name, (family, index) in names.items():
-            target = acting[family](model, index, w.balance.parameters, w.time) if family in acting else None
-            if target is not None and any(_holds(model, names[part], target) for part in free):
-                found.append(name)
+        found = self.work.loads_on(free)
         if not found:
             return ""
         acts = "acts" if len(found) == 1 else "act"
-        return f", on which {_names(found)} {acts} at t = {w.time:g} s (argument `time`)"
+        return f", on which {_names(found)} {acts} at t = {self.work.time:g} s (argument `time`)"
 
     def _fail(self, factor: float, why: str) -> bool:
         if not self.kept:  # a search that reaches nothing keeps where it stood
@@ -484,8 +497,3 @@ def _ways(count: int) -> str:
 
 def _motions(count: int) -> str:
     return "one motion" if count == 1 else f"{count} motions"
-
-
-def _holds(model: Any, part: tuple[str, int], target: tuple[str, int]) -> bool:
-    """Whether what a load acts on belongs to a part."""
-    return part == target or (target[0] == "bodies" and target[1] in families.bodies_of(model, *part))

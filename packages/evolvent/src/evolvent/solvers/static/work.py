@@ -10,11 +10,12 @@ import scipy
 
 from evolvent import model as mdl
 from evolvent.algebra import ordering, sparse_lu
+from evolvent.algebra.singular import null_vectors
 from evolvent.algebra.sparse import INNER, SparseBlocks, clear
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.blocks import of_part, owners
-from evolvent.assembly.families import bodies_of, has_symmetric_stiffness, owner
+from evolvent.assembly.families import bodies_of, owner
 from evolvent.compiled.pointer import zeros_record
 from evolvent.equations.implicit import residual, tangent
 from evolvent.equations.kept_fields import write_forces
@@ -45,7 +46,7 @@ _HUGE = 1e40
 #: Compliance of redundant constraints, beside that of the stiffest part or of the loads.
 _STATIC_COMPLIANCE = 1e-10
 #: Pivot, beside its column, that round-off leaves as it is; how often a compliance is raised tenfold for it.
-_RESOLVED, _RAISES = 1e-11, 4
+RESOLVED, _RAISES = 1e-11, 4
 #: Pivot of constraints, beside the largest, below which they are redundant.
 REDUNDANT = 1e-9
 #: Stiffness, beside the largest, below which coordinates are alike in what depends on what.
@@ -118,11 +119,6 @@ def at_rest(model: mdl.Model, time: float) -> mdl.Model:
     return freeze(copy, time)
 
 
-#: Smallest singular values of a scaled tangent, beside the largest, that are those of free motions; share of the
-#: forces that may act along them.
-HELD, BALANCED = 1e-10, 1e-8
-
-
 class Work:
     """A copy of a model at rest, and room to look for its equilibria."""
 
@@ -137,6 +133,8 @@ class Work:
         n_u = self.n_v + self.n_j
         self.step = 1.0 if rubs(model) else -1.0
         self.redundancy: redundancy.Redundancy | None = None
+        #: Compliance of redundant constraints that pivots need.
+        self.compliance = 0.0
         start = np.array(assembly.y if y is None else y, dtype=float)
         if start.shape != assembly.y.shape or not np.all(np.isfinite(start)):
             raise InputError(f"y has the shape {start.shape}; it must be {assembly.y.shape}, finite numbers")
@@ -157,7 +155,7 @@ class Work:
                 for index, row in enumerate(family.records(model)):
                     self.copies[velocities_of(model, family.name, index)] = row["copies"]
         unknowns = {name: np.zeros(n_u) for name in ("r", "p", "x", "z", "start")}
-        moves = {name: np.zeros(self.n_v) for name in ("a", "d", "total", "before", "held")}
+        moves = {name: np.zeros(self.n_v) for name in ("a", "d", "total", "before")}
         self.balance = eq.StaticWorkspace(
             y=start,
             la=np.zeros(self.n_j),
@@ -216,9 +214,10 @@ class Work:
         info = model.info
         info.compliance = _STATIC_COMPLIANCE / self.redundancy.compliance * length**2 / energy
         for _ in range(_RAISES):
-            if self.probe(1.0) >= 0 and b.loop.quality > _RESOLVED:
+            if self.probe(1.0) >= 0 and b.loop.quality > RESOLVED:
                 break
             info.compliance *= 10.0
+        self.compliance = float(info.compliance)
 
     def probe(self, factor: float, shift: float = 0.0) -> int:
         """Unbalance and factors of the tangent of the state."""
@@ -236,6 +235,14 @@ class Work:
         clear(self.matrix)
         eq.add_turning_tangent(1.0, self.balance.spin, self.balance.y, self.model, self.matrix)
         return scipy.sparse.csr_matrix(scipy.sparse.diags(self.copies) @ sparse_of(self.matrix))[: self.n_v, : self.n_v]
+
+    def whole_tangent(self, factor: float) -> scipy.sparse.csr_matrix:
+        """Tangent of the last unbalance, by velocities and then joints, with that of the turn at a load factor."""
+        K = self.tangent(0.0, 0.0)
+        if not np.any(self.balance.spin[:3]):
+            return K
+        turning = factor * self.turning_tangent()
+        return K + scipy.sparse.block_diag([turning, scipy.sparse.csr_matrix((self.n_j, self.n_j))], format="csr")
 
     @property
     def rows(self) -> Array:
@@ -327,82 +334,35 @@ class Work:
                 sparse_lu.solve(self.matrix, b.x)
                 X[:, j] = b.x[: self.n_v]
             X = np.linalg.qr(X / b.weight[:, None])[0] * b.weight[:, None]
-        return self._moved(X)
+        return self.moved(X)
 
     def unsymmetric_free_motions(self) -> tuple[int, list[str]]:
         """How many motions an unsymmetric tangent leaves free, and the parts that they move; none of large systems.
 
         The forces of constraints turn with such a motion: pivots of one row do not show it, singular values do.
         """
-        K = self.tangent(0.0, 0.0)
-        n = K.shape[0]
-        if n > MOST_DENSE:
-            return 0, []
-        if np.any(self.balance.spin[:3]):
-            turning = self.turning_tangent()
-            K = K + scipy.sparse.block_diag([turning, scipy.sparse.csr_matrix((n - self.n_v, n - self.n_v))])
-        size = np.sqrt(abs(K).max(axis=1).toarray().ravel())
-        size[size == 0.0] = 1.0
-        D = scipy.sparse.diags(1.0 / size)
-        _, s, v = np.linalg.svd((D @ K @ D).toarray())
-        count = int(np.sum(s <= FREE * s[0]))
-        return count, self._moved((v[n - count :] / size).T[: self.n_v]) if count else []
-
-    def hold_free_motions(self) -> bool:
-        """Hold as many coordinates as there are free motions in Newton's method, once; returns whether it has begun.
-
-        Notes
-        -----
-        With free motions X, K X = 0, forces r that are in balance along them and independent coordinates P of them,
-        (K + k P P^T) d = -r has X^T P P^T d = 0: what holds takes no force, and d is a solution of K d = -r. Without
-        it the pivots of free motions are round-off, which their signs and sizes may not show.
-        """
-        b = self.balance
-        if b.loop.holds != 0 or np.any(b.spin[:3]) or not has_symmetric_stiffness(self.model):
-            return False
         if self.n_v + self.n_j > MOST_DENSE:
-            return False
-        forces = []
-        for factor in (0.0, 1.0):
-            if self.probe(factor) < 0:
-                return False
-            forces.append(b.r[: self.n_v].copy())
-        K, X = self._null_space()
-        count, norms = X.shape[1], np.linalg.norm(X / b.weight[:, None], axis=0)
-        if count == 0 or not np.all(norms > 0.0):
-            return False
-        X /= norms
-        scale = max(float(np.abs(r * b.weight).max()) for r in forces)
-        if any(float(np.abs(X.T @ r).max()) > BALANCED * scale for r in forces):
-            return False
-        chosen = scipy.linalg.qr((X / b.weight[:, None]).T, pivoting=True)[2][:count]
-        k = np.abs(K.diagonal()[: self.n_v]) * b.weight**2
-        b.held[chosen] = float(np.median(k[k > 0.0])) / b.weight[chosen] ** 2
-        b.loop.holds = 1
-        return True
+            return 0, []
+        X = null_vectors(self.whole_tangent(1.0), FREE)
+        return X.shape[1], self.moved(X[: self.n_v]) if X.size else []
 
-    def count_free_motions(self, found: int) -> int:
-        """How many motions the tangent of the last unbalance leaves free, where pivots show `found` of them."""
-        if found <= 0 or self.n_v + self.n_j > MOST_DENSE or np.any(self.balance.spin[:3]):
-            return found
-        return self._null_space()[1].shape[1] or found
-
-    def _null_space(self) -> tuple[scipy.sparse.csr_matrix, Array]:
-        """Tangent of the last unbalance, and velocities (nv, k) of what it leaves free, by singular values."""
-        K = self.tangent(0.0, 0.0)
-        size = np.sqrt(abs(K).max(axis=1).toarray().ravel())
-        size[size == 0.0] = 1.0
-        D = scipy.sparse.diags(1.0 / size)
-        _, s, v = np.linalg.svd((D @ K @ D).toarray())
-        count = int(np.sum(s <= HELD * s[0]))
-        return K, (v[v.shape[0] - count :] / size).T[: self.n_v]
-
-    def _moved(self, X: Array) -> list[str]:
+    def moved(self, X: Array) -> list[str]:
         """Names of the parts that the motions X (nv, k) move."""
         size = np.abs(X / self.balance.weight[:, None]).max(axis=1)
         found = []
         for name, (family, index) in self.assembly.names.items():
             if size[velocities_of(self.model, family, index)].max(initial=0.0) > 0.05 * size.max():
+                found.append(name)
+        return found
+
+    def loads_on(self, parts: list[str]) -> list[str]:
+        """Names of the loads that act on parts, or on their bodies."""
+        model, names = self.model, self.assembly.names
+        found = []
+        acting = asked("statics.acts_on")
+        for name, (family, index) in names.items():
+            target = acting[family](model, index, self.balance.parameters, self.time) if family in acting else None
+            if target is not None and any(_holds(model, names[part], target) for part in parts):
                 found.append(name)
         return found
 
@@ -495,3 +455,8 @@ def add_turn(model: mdl.Model, spin: Array, y: Array) -> None:
             y[v : v + 3] = model.bodies["R"][b].T @ w
         elif block["kind"] == ANGLE:
             y[v] = (model.bodies["R"][b] @ model.bodies["axis"][b]) @ w
+
+
+def _holds(model: Any, part: tuple[str, int], target: tuple[str, int]) -> bool:
+    """Whether what a load acts on belongs to a part."""
+    return part == target or (target[0] == "bodies" and target[1] in bodies_of(model, *part))
