@@ -116,9 +116,12 @@ def main() -> None:
     offs = {one.name: one.off(peer.predicted(theirs.values, one)) for one in every}
     print_means(f"{name}, fitted", [offs[one.name] for one in own])
     print_means(f"{name}, others", [offs[one.name] for one in others])
-    print_means(f"{name}, others, first row", [one.off(peer.predicted(theirs.values, one, first=True)) for one in others])
+    print_means(
+        f"{name}, others, first row", [one.off(peer.predicted(theirs.values, one, first=True)) for one in others]
+    )
     fine = [peer.predicted(theirs.values, one, step=FINE) for one in others]
-    print_means(f"{name}, others, step {FINE:g} s", [one.off(motion) for one, motion in zip(others, fine, strict=True)])
+    finer = [one.off(motion) for one, motion in zip(others, fine, strict=True)]
+    print_means(f"{name}, others, step {FINE:g} s", finer)
     program.close()
     print({key: value for key, value in peer.spec(theirs.values).items() if key != "mass"}, f"cost {theirs.cost:.4f}")
     held = {
