@@ -26,7 +26,7 @@ from evolvent_papers.laboratory.toss_records import AFTER, Motion, Toss
 
 Array = np.ndarray
 STORED = pathlib.Path(tosses.__file__).with_name("data") / "tosses.json"
-#: Step of MuJoCo, s, and of the run that says how far it is off.
+#: Step of MuJoCo, s, and a finer one that measures its error.
 STEP, FINE = 2.5e-4, 5e-5
 #: Its numbers: logarithms, and the offset as `tosses` has it. Where a fit starts.
 NAMES = ("time_constant", "damping_ratio", "friction", "rounding", "inertia", "slack")
@@ -82,7 +82,7 @@ def kept(off: toss_records.Off) -> dict[str, Any]:
     }
 
 
-def told(name: str, offs: list[toss_records.Off]) -> None:
+def print_means(name: str, offs: list[toss_records.Off]) -> None:
     """Print means over tosses."""
     width, degrees = 100.0 / (2.0 * toss_records.NOMINAL), np.degrees(1.0)
     position, rotation = (np.mean([getattr(one, key) for one in offs]) for key in ("position", "rotation"))
@@ -103,7 +103,7 @@ def main() -> None:
     own, others = [every[k] for k in chosen], [one for k, one in enumerate(every) if k not in chosen]
     known = toss_cube.known_of(own)
     found = toss_cube.fit(own, known, settings.horizon)
-    told("evolvent, others", [one.off(toss_cube.cube(found.values, known).predicted(one)) for one in others])
+    print_means("evolvent, others", [one.off(toss_cube.cube(found.values, known).predicted(one)) for one in others])
     missing = install({"MuJoCo": "mujoco"})
     if missing:
         raise SystemExit(f"MuJoCo is missing: {missing['MuJoCo']}")
@@ -114,11 +114,14 @@ def main() -> None:
     theirs = toss_records.fitted(peer.predicted, start, own, horizons)
     name = f"MuJoCo {program.version}"
     offs = {one.name: one.off(peer.predicted(theirs.values, one)) for one in every}
-    told(f"{name}, fitted", [offs[one.name] for one in own])
-    told(f"{name}, others", [offs[one.name] for one in others])
-    told(f"{name}, others, first row", [one.off(peer.predicted(theirs.values, one, first=True)) for one in others])
+    print_means(f"{name}, fitted", [offs[one.name] for one in own])
+    print_means(f"{name}, others", [offs[one.name] for one in others])
+    print_means(
+        f"{name}, others, first row", [one.off(peer.predicted(theirs.values, one, first=True)) for one in others]
+    )
     fine = [peer.predicted(theirs.values, one, step=FINE) for one in others]
-    told(f"{name}, others, step {FINE:g} s", [one.off(motion) for one, motion in zip(others, fine, strict=True)])
+    finer = [one.off(motion) for one, motion in zip(others, fine, strict=True)]
+    print_means(f"{name}, others, step {FINE:g} s", finer)
     program.close()
     print({key: value for key, value in peer.spec(theirs.values).items() if key != "mass"}, f"cost {theirs.cost:.4f}")
     held = {

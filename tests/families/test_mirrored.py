@@ -22,7 +22,7 @@ from families.rows import FAMILIES
 Array = np.ndarray
 #: Length of a step, s, and what forces that are exchanged and tangents may be off, of their largest entry.
 STEP, EXCHANGED, EXACT = 0.5, 1e-12, 1e-10
-#: Cases whose model says so.
+#: Cases whose model states it.
 MIRRORED = [
     row.name
     for row in FAMILIES

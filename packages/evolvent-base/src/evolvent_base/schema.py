@@ -541,7 +541,7 @@ def _field_at(kind: type[Section], location: tuple[Any, ...]) -> FieldInfo | Non
 
 
 def _wanted(kind: type[Section], location: tuple[Any, ...]) -> str:
-    """What a missing key requires, where its annotation says so."""
+    """What a missing key requires, where its annotation states it."""
     last = _field_at(kind, location)
     for annotation in marks(last) if last is not None else ():
         allowed = getattr(annotation, "allowed", None)

@@ -21,7 +21,7 @@ _DASHES = {"-": "solid", "--": "dashed", ":": "dotted", "-.": "dashed"}
 _LONG = 18
 #: Styles of the lines of one run beside those of others.
 _OF_RUNS = ("-", "--", ":")
-#: Marks that tell lines apart where colours do not, so many on a line, and colours of the page's palette.
+#: Markers that distinguish lines where colours do not, so many on a line, and colours of the page's palette.
 _MARKS, _ON_A_LINE, _COLORS = ("circle", "triangle", "rect", "diamond", "arrow", "roundRect"), 6, 7
 #: Pixels of a letter of the names on a y axis; widest of them.
 _LETTER, _WIDEST = 6, 150

@@ -25,7 +25,7 @@ def path(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def tab(browser):
-    """A tab of the browser for all tests; each loads its page anew."""
+    """A tab of the browser for all tests; each reloads its page."""
     opened = browser.new_page(viewport={"width": 1000, "height": 700})
     opened.wrong, opened.asked = [], []
     opened.on("pageerror", lambda error: opened.wrong.append(str(error)))

@@ -338,11 +338,11 @@ def _left_out(of: Problem, candidates: Sequence[int] | np.ndarray, count: int) -
     return found
 
 
-# ------------------------------------------------------------------------------------------------ what would tell
+# ------------------------------------------------------------- which orientation is missing
 
 
 class Deciding(NamedTuple):
-    """A further orientation by which suspects are told apart.
+    """A further orientation that distinguishes the suspects.
 
     Attributes
     ----------
@@ -357,7 +357,7 @@ class Deciding(NamedTuple):
 
 
 def deciding(judged: Judged) -> Deciding | None:
-    """The orientation in which the moments by all alternatives differ most; None where nothing is to be told apart.
+    """The orientation in which the moments by all alternatives differ most; None where there is nothing to distinguish.
 
     Notes
     -----

@@ -174,7 +174,7 @@ def _no_suspect(judged: Judged) -> str:
 
 
 def _telling(judged: Judged) -> str:
-    """The orientation that is missing, by which suspects would be told apart; '' where there is none."""
+    """The missing orientation that would distinguish the suspects; '' where there is none."""
     found = deciding(judged)
     if found is None:
         return ""

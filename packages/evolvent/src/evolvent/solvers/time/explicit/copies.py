@@ -61,7 +61,7 @@ class ExplicitCopies(Copies):
             self._guarded(k, lambda one: "")  # which looks at its start
 
     def _go_on(self, which: Array, ends: Array, changed: Array) -> Array:
-        """As of all copies. Steps begin anew, as those of a stepper do."""
+        """As of all copies. Steps restart, as those of a stepper do."""
         times, step = np.array([0.0, 1.0]), self.run.plan.step
         for name in ("origin", "last_error", "turn", "starts", "stale", "grid", "next_break", "rubs0", "rubs1"):
             self.loop[name][which] = loop_record(times, step)[name]
