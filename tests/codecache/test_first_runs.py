@@ -35,7 +35,7 @@ from evolvent.kernels import rigid
 @laws.law
 def force(x, v, t, p):
     '''A law.'''
-    return -2.0 * x
+    return -2.0 * x[0], 0.0, 0.0
 force.of("force")
 jit.load([one for one in jit.functions() if one.py_func.__module__ == rigid.__name__][:2])
 print(*sorted(name for name in own), sep="\\n")

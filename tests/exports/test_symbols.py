@@ -198,7 +198,7 @@ def test_symbols_are_small_beside_the_structure_and_its_bodies(craft):
     least = min(max(solid.size for solid in frame.solids) for frame in motion.frames)
     for frame in motion.symbols:
         for solid in frame.solids:
-            assert 1e-3 * motion.reach < solid.size < 0.2 * least, frame.name
+            assert 1e-3 * motion.reach < solid.size < 0.3 * least, frame.name
 
 
 def test_nothing_is_drawn_of_a_joint_that_is_released(machine):

@@ -70,8 +70,8 @@ def test_the_command_ends_with_1_where_a_limit_is_missed(tmp_path):
         ("hinge.torque", "limits: the requirement 'hinge.torque' is not of the form"),
         ("hinge.torqe <= 2 N m", "limits: it asks for 'hinge.torqe'; .* did you mean 'hinge.torque'"),
         (
-            "arm.rate.abs_max <= 2 rad/s",
-            r"limits: 'arm.rate' has 3 \(axis\) values; name one of them, such as arm.rate.x",
+            "flap.rate.abs_max <= 2 rad/s",
+            r"limits: 'flap.rate' has 3 \(axis\) values; name one of them, such as flap.rate.x",
         ),
         ("hinge.torque <= 2 m", "limits: the requirement 'hinge.torque <= 2 m' has the bound '2 m'"),
     ],

@@ -18,7 +18,7 @@ from evolvent.parts.applies import When
 from evolvent.parts.base import Part, Reference
 from evolvent.parts.repetition import APPLIES as REPEAT_APPLIES, KEY as REPEAT, Repeat
 from evolvent_base.errors import InputError
-from evolvent_base.schema import Section, descriptions
+from evolvent_base.schema import Meant, Section, descriptions
 from evolvent_base.units import OneOrMore, Quantity, Whole
 from evolvent_studio import fieldtypes
 
@@ -201,7 +201,7 @@ def _words(name: str) -> str:
 
 
 def _one(key: str, name: str, info: FieldInfo, text: str) -> Field:
-    marks = list(fieldtypes.marks_of(info))
+    marks = [mark for mark in fieldtypes.marks_of(info) if not isinstance(mark, Meant)]
     unit = next((unit for mark in marks if (unit := fieldtypes.unit_of(mark))), "")
     literals = [c for a in fieldtypes.literals_of(info.annotation) for c in a]
     choices = tuple(str(c) for c in literals)

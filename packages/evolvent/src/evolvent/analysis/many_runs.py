@@ -122,11 +122,14 @@ class ManyRuns:
         found: tuple[Copies, BatchParameters] = self._threads.own
         return found
 
-    def _kept_of(self, copies: Copies, parameters: BatchParameters, k: int) -> Kept:
-        """What is kept of the run of a copy that has ended."""
+    def _kept_of(self, copies: Copies, parameters: BatchParameters, k: int) -> Kept | None:
+        """What is kept of the run of a copy that has ended; None where it is refused, which its own run states."""
         solution = self._solution(copies, parameters, k)
         fine = self.times.is_fine(solution.t)
-        found = kept_of(solution, self.keep, lambda: root_of(solution, {}), fine=fine, why=self.why)
+        try:
+            found = kept_of(solution, self.keep, lambda: root_of(solution, {}), fine=fine, why=self.why)
+        except InputError:
+            return None
         return dataclasses.replace(
             found, variables={k: _copy(one) if one.ndim else one for k, one in found.variables.items()}
         )

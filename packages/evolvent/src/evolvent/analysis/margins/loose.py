@@ -27,7 +27,6 @@ from typing import Any
 
 import numpy as np
 import scipy
-from scipy.spatial.transform import Rotation
 
 from evolvent.analysis.margins.positions import Position
 from evolvent.analysis.margins.shares import of_family
@@ -86,13 +85,15 @@ class LoosePoints:
     def of(cls, elastic: Any, at: Position) -> LoosePoints | None:
         """Those of a position; None where there are none, or all have a place of their own."""
         never, one = pulling(elastic.model, _NEVER), elastic.mechanism
-        points = one.whole.points
+        blocks = one.bare.blocks
+        places = blocks[blocks["kind"] == POSITION]
+        points = places[~np.isin(places["iq"] + 3, blocks["iq"][blocks["kind"] == ROTATION])]
         if not never or not points.size:
             return None
         own = points["iv"][:, None] - one.n_q + np.arange(3)
         K = _tangent(elastic, at.y, at.t, elastic.model._replace(**never))
         held = np.abs(at.G).sum(axis=0) + np.abs(at.J).sum(axis=0) + np.abs(K).sum(axis=0).A1
-        free = own[(held[own] == 0.0).all(axis=1) & (points["mass"] > 0.0)].ravel()
+        free = own[(held[own] == 0.0).all(axis=1) & (at.mass.diagonal()[own] > 0.0).all(axis=1)].ravel()
         if not free.size:
             return None
         squares = np.linalg.eigvalsh(_tangent(elastic, at.y, at.t, elastic.model)[free][:, free].toarray())
@@ -230,7 +231,7 @@ class LoosePoints:
         if not turns.size:
             return moved
         q, v = turns["iq"][:, None], turns["iv"][:, None] - one.n_q
-        turned = Rotation.from_quat(y[q + np.array([1, 2, 3, 0])])
+        turned = scipy.spatial.transform.Rotation.from_quat(y[q + np.array([1, 2, 3, 0])])
         phi, along = turned.apply(d[v + np.arange(3)]), d[v - 3 + np.arange(3)]
         angle = np.linalg.norm(phi, axis=1)[:, None]
         small = angle < 1e-4
