@@ -155,7 +155,7 @@ def test_margin_of_the_hinge() -> None:
     parts["rib"]["elements"] = 2
     del parts["net"]
     zero = ["hysteresis", "harness", "motor losses", "adhesion", "load", "acceleration"]
-    with pytest.raises(InputError, match="no equilibrium that is found beyond -1.5708 rad"):
+    with pytest.raises(InputError, match=r"no equilibrium that is found beyond -1\.5708 rad"):
         ev.load(content()).margin(motion=False)
     margins = ev.load(found).margin(motion=False, zero=zero, stations=5)
     spring, friction = 0.006 * math.radians(120.0), 5e-4
