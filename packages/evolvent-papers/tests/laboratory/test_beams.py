@@ -297,8 +297,9 @@ def test_page_of_the_strips(verdicts: dict[str, book.Verdict]) -> None:
 def test_the_guide_counts_as_the_pages_do() -> None:
     """The table of the guide has the counts that the tests above hold."""
     text = (PAGES.parent / "guide" / "laboratory.md").read_text(encoding="utf-8")
-    rows = re.findall(r"^\| \[([a-z-]+)\].*\| (\d+) of (\d+) \| (\d+) of (\d+) \|$", text, flags=re.MULTILINE)
-    assert rows[-3:] == [
+    rows = re.findall(r"^\| ([a-z-]+) \| (\d+) of (\d+) \| (\d+) of (\d+) \|", text, flags=re.MULTILINE)
+    beams = {"wing-spar", "rotating-beam", "composite-strips"}
+    assert [row for row in rows if row[0] in beams] == [
         ("wing-spar", "3", "3", "3", "3"), ("rotating-beam", "25", "27", "2", "27"),
         ("composite-strips", "35", "35", "30", "35"),
     ]  # fmt: skip
