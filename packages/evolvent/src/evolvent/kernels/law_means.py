@@ -30,8 +30,9 @@ from evolvent.model.registry import families
 
 
 def USED_FOR(model):  # noqa: N802
-    """Whether a model has a family whose records may act as means."""
-    return any(family.masks_of_means() and family.records(model).size for family in families().values())
+    """Whether a model has records that act as means."""
+    rows = ((mask, family.records(model)) for family in families().values() for mask in family.masks_of_means())
+    return any(found.size and mask(found).any() for mask, found in rows)
 
 
 #: Kinds of laws: of a spring (wheels and spools as well), of a motor, of a motor that follows a motion, of a force or

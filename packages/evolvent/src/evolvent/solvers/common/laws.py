@@ -15,7 +15,6 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner
 from evolvent.compiled import laws
 from evolvent.kernels.impulse import prepare
-from evolvent.model import Model
 from evolvent.model.questions import EVENT, Law, Moment
 from evolvent.model.registry import families
 from evolvent_base.errors import EvolventError, InputError
@@ -57,12 +56,6 @@ def try_laws(assembly: Assembly, start: float, end: float) -> None:
             _try(assembly, use, start, arguments)
             if use.law.stated:
                 _note_stated(assembly, use, arguments, end - start)
-
-
-def has_means(model: Model) -> bool:
-    """Whether forces act on a model over a step of energy-momentum as means of laws (`kernels.law_means`)."""
-    rows = ((mask, family.records(model)) for family in families().values() for mask in family.masks_of_means())
-    return any(bool(np.any(mask(found))) for mask, found in rows)
 
 
 def largest_works(assembly: Assembly, time: float) -> float:

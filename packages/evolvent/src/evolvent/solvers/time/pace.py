@@ -26,6 +26,8 @@ class Stall(NamedTuple):
 
     def __str__(self) -> str:
         """A sentence without its advice."""
+        if not self.time > 0.0:
+            return f"the run stands still at t = {self.reached:.6g} s: its last {self.steps} steps have no length"
         return (
             f"by t = {self.reached:.6g} s the steps have become so small, {self.time / max(self.steps, 1):.2g} s on "
             f"average, that the remaining {self.left:.3g} s would need {self.rest:.1e} steps"

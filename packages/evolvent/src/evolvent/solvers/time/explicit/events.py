@@ -16,12 +16,14 @@ from evolvent.kernels.blocks import SCALAR
 from evolvent.model import MODEL
 from evolvent.model.layout import DUE
 from evolvent.model.registry import events
-from evolvent.solvers.time.event_search import EventSearch
+from evolvent.solvers.time.event_search import START, EventSearch
 
 # status codes of a loop
 BUDGET, DONE, STOPPED, LOG_FULL, NOT_FINITE, TOO_SMALL, NO_THREAD = 0, 1, 2, 3, -1, -2, -3
 #: Part of a step without an event.
 NO_EVENT = 2.0
+#: Value in work.g0 of events that were found in a step: they are due although they may miss zero by round-off.
+FOUND = -math.inf
 #: A loop's counters and clock. sample, grid, next_break: numbers of the next sample, step of the grid and break;
 #: starts: 1 before the first step; stale: 1 where the first stage is not that of the state; origin: s, of the grid of
 #: steps; last_error: of the last step accepted; turn: s, length of the next step, at whose end a friction turns back;
@@ -138,21 +140,29 @@ def fire(model, t, work):
     """Carry out every event that is due at time t; some of them happen together.
 
     Returns 1 to stop the run, a negative status where it has failed.
+
+    Notes
+    -----
+    An event that was found may miss zero by round-off. It would then rise again in the next step, and so without end,
+    as no step between is longer than the round-off of the time. So it is carried out, and then stands at zero.
     """
-    y, s, g = work.y, work.s, work.g
+    y, s, g, missed = work.y, work.s, work.g, work.search.values[START]
     first, stop = model.info.releases, 0
+    for k in range(g.size):
+        missed[k] = 0.0
     for _ in range(rounds(first)):
         event_values(t, y, s, model, g)
         due = -1
         for k in range(g.size):
             always = k < first or k >= g.size - model.info.brakes
-            if (always and g[k] >= DUE) or (not always and work.g0[k] < 0.0 and g[k] >= 0.0):
+            if (always and g[k] >= DUE) or (not always and is_due(work.g0[k], g[k])):
                 due = k
                 break
         if due < 0:
             break
         if due >= first:
-            work.g0[due] = g[due]
+            missed[due] = min(g[due], 0.0) if due < g.size - model.info.brakes else 0.0
+            work.g0[due] = max(g[due], 0.0) if missed[due] < 0.0 else g[due]
         note_event(t, due, work)
         answer = apply_event(t, y, s, model, due, g)
         if answer < 0:
@@ -163,8 +173,14 @@ def fire(model, t, work):
         stop = max(stop, answer)
     event_values(t, y, s, model, g)
     for k in range(g.size):
-        work.g0[k] = g[k]
+        work.g0[k] = 0.0 if 2.0 * missed[k] <= g[k] < 0.0 else g[k]
     return stop
+
+
+@inlined
+def is_due(before, value):
+    """Whether an event is due that fires where its value rises to zero, from a value before."""
+    return before == FOUND or (before < 0.0 and value >= 0.0)
 
 
 @inlined

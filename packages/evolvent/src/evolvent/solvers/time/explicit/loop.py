@@ -36,6 +36,7 @@ from evolvent.kernels.passing import note_places, passing
 from evolvent.kernels.turning import NO_TURN, friction_power
 from evolvent.model import DISSIPATED, MODEL
 from evolvent.solvers.time.dense import cubic
+from evolvent.solvers.time.event_search import START
 from evolvent.solvers.time.explicit.events import (
     BUDGET,
     DONE,
@@ -146,6 +147,14 @@ def end_events(at_event, target, model, work):
     for k in range(work.g.size):
         work.g0[k] = work.g[k]
     return 0
+
+
+@inlined
+def forget_event(part, work):
+    """Values of the events at the start of a step that is taken again, shorter."""
+    if part != NO_EVENT:
+        for k in range(work.g0.size):
+            work.g0[k] = work.search.values[START, k]
 
 
 @inlined
@@ -349,6 +358,7 @@ def advance(A, b, c, E, P, Q, rtol, atol, model, work, budget):
             turn = measure_frictions(target, y, y1, s, h, math.inf, model)
             if turn < NO_TURN and turn * h > 1e-14 * max(abs(t), 1e-3):
                 loop.turn, loop.rejected, rejected = turn * h, loop.rejected + 1, True
+                forget_event(part, work)
                 continue
         loop.turn = math.inf
         end_rubbing(model, work)

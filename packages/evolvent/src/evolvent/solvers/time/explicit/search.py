@@ -7,7 +7,7 @@ from evolvent.equations.events import USED_FOR as EVENTS, walk_events
 from evolvent.model import MODEL
 from evolvent.model.layout import DUE
 from evolvent.solvers.time.event_search import END, START, begin_search, next_row
-from evolvent.solvers.time.explicit.events import NO_EVENT, WORKSPACE, bracket, highest, largest
+from evolvent.solvers.time.explicit.events import FOUND, NO_EVENT, WORKSPACE, bracket, highest, largest
 from evolvent.solvers.time.explicit.stages import find_state, interpolate
 
 
@@ -92,4 +92,22 @@ def root_in_step(A, b, c, P, t, h, target, until, low, high, model, work):
                 break
         else:
             low, f_low = middle, f
+    note_found(t, h, target, high, A, b, c, P, until, model, work)
     return high
+
+
+@inlined
+def note_found(t, h, target, part, A, b, c, P, until, model, work):
+    """Note which events have risen at the part of a step that `root_in_step` has found: work.g0 is `FOUND`.
+
+    The state there differs by round-off from the one in which they are carried out, which is brought back onto its
+    constraints.
+    """
+    if part < 1.0:
+        find_state(A, b, c, P, t, h, part, until, model, work)
+        highest(model, t + part * h, work.w, work.s, work)
+    else:
+        highest(model, target, work.y1, work.s, work)
+    for k in range(model.info.releases, work.g.size - model.info.brakes):
+        if work.g0[k] < 0.0 and work.g[k] >= 0.0:
+            work.g0[k] = FOUND

@@ -12,13 +12,13 @@ from evolvent.algebra.sparse import SparseBlocks
 from evolvent.assembly import families, needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.compiled.pointer import zeros_record
-from evolvent.kernels import rigid
+from evolvent.kernels import law_means, rigid
 from evolvent.model import Model
 from evolvent.model.registry import along_axes, asked, families as table
 from evolvent.parts.checks import number, positive
 from evolvent.solvers.common import balance as eb
 from evolvent.solvers.common.coordinates import with_positions
-from evolvent.solvers.common.laws import has_means, refusing_laws, try_laws
+from evolvent.solvers.common.laws import refusing_laws, try_laws
 from evolvent.solvers.common.matrices import matrix_for, matrix_of
 from evolvent.solvers.common.sizes import energy_floor, round_off_energy, sizes
 from evolvent.solvers.common.solution import Solution
@@ -225,7 +225,7 @@ def _numbers(mine: Assembly, asked: _Asked) -> tuple[np.ndarray, np.record]:
         floor=floor,
         mass=mass,
         span=span,
-        laws=int(conserves and has_means(mine.model)),
+        laws=int(conserves and law_means.USED_FOR(mine.model)),
         **of.flags,
         **of.constants(rho),
     )
