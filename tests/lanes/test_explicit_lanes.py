@@ -74,6 +74,18 @@ def test_copies_have_the_bits_of_single_runs_and_come_back_where_branches_part_t
     assert lanes_of(batch).together > 0.3 * batch._copies.loop["steps"].sum()
 
 
+def test_copies_that_go_alone_late_in_a_run_do_not_at_its_start(system: System) -> None:
+    """They did, until a batch that was reset had come as far as before."""
+    batch = system.batch(4, workers=1, **OPTIONS)
+    batch.run(0.1)
+    batch.reset()
+    group = lanes_of(batch)._threads.own
+    group._send_away([0, 1, 2, 3], 0b0011, 400)
+    alone_for = group._wait
+    grids = (0, 399, 400, 399 + alone_for, 400 + alone_for)
+    assert [len(group._groups([0, 1, 2, 3], grid)) for grid in grids] == [1, 1, 3, 3, 1]
+
+
 def test_copies_of_steps_of_their_own_have_the_bits_of_single_runs(system: System) -> None:
     """Of which each is planned by itself, with steps that differ, and is sampled."""
     keep = ["body.position.last", "energy.last"]

@@ -162,8 +162,8 @@ class _Group:
         self._tableau = _for_lanes(self.copies.tableau)
         self._places = address(self.copies.blocks) + memory.size * np.arange(self.copies.count)
         self._chunk, self._wait = FIRST, 1
-        #: Step of the grid up to which a copy goes alone.
-        self._away: dict[int, int] = {}
+        #: Steps of the grid from and up to which a copy goes alone; copies that are reset are before them.
+        self._away: dict[int, range] = {}
         self._cost, self._pause, self._rests = Cost(), PAUSE, 0
 
     def take_steps(self, which: Array, budgets: Array) -> None:
@@ -177,6 +177,8 @@ class _Group:
         if self._cost.steps > JUDGED:
             if self._cost.rate > self.lanes.alone.rate:
                 self._rests, self._pause = self._pause, min(2 * self._pause, LONGEST_PAUSE)
+            else:
+                self._pause = PAUSE
             self._cost = Cost()
 
     def _go(self, which: Array, budgets: Array) -> None:
@@ -201,7 +203,7 @@ class _Group:
         """Copies that may go side by side, and those that go alone."""
         found, alone = list[list[int]](), list[list[int]]()
         for c in level:
-            if self._away.get(c, 0) > grid:
+            if grid in self._away.get(c, ()):
                 alone.append([c])
                 continue
             for group in found:
@@ -246,7 +248,7 @@ class _Group:
         others = [c for c in group if c not in true]
         self._wait = min(2 * self._wait, MOST)
         for c in min((true, others), key=len) or group:
-            self._away[c] = grid + self._wait
+            self._away[c] = range(grid, grid + self._wait)
 
     def _try(self, group: Sequence[int], steps: int) -> int:
         """Put copies into the lanes and go on for some steps; returns a status, copies do not change."""
