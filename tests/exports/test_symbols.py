@@ -60,8 +60,8 @@ def machine():
         body(f"b{n}", (x, 0, 0))
         extra = {"axis_b": (0, 1, 0)} if kind == "universal" else {}
         made.add(parts.Joint(a=(x, 0, 0), b=f"b{n}", type=kind, **extra), kind)
-    body("let go", (8.0, 0, 0))
-    made.add(parts.Joint(a=(8.0, 0, 0), b="let go", type="clamp", until="0.1 s"), "hold-down")
+    body("released", (8.0, 0, 0))
+    made.add(parts.Joint(a=(8.0, 0, 0), b="released", type="clamp", until="0.1 s"), "hold-down")
     body("bob", (0, 1, 0))
     made.add(parts.Joint(a=(0, 0, 0), b=("bob", (0, 0, 0)), type="distance"), "stay")
     for n, x in ((1, 0.0), (2, 0.9)):

@@ -49,7 +49,7 @@ parts:
 def folder(work):
     """A working folder with cases and their runs."""
     place = work
-    for name in ("short", "told-apart"):
+    for name in ("short", "two-curves"):
         (place / f"{name}.yaml").write_text(SHORT)
     results.save(evolvent.run(place / "short.yaml"), place / "saved.nc")
     results.save(evolvent.run(place / "short.yaml", {"solver.duration": "3 s"}), place / "saved-brief.nc")
@@ -86,7 +86,7 @@ def show_saved(page, name="saved.nc"):
 
 
 def test_runs_are_told_apart_and_renamed(page, server, folder, shots):
-    choose(page, "case", "told-apart.yaml")  # which no other test runs
+    choose(page, "case", "two-curves.yaml")  # which no other test runs
     page.locator(part("field-blade.length")).fill("80 cm")
     page.locator(part("field-body.rate")).fill("60 rpm")
     page.click(part("run"))
@@ -102,8 +102,8 @@ def test_runs_are_told_apart_and_renamed(page, server, folder, shots):
     page.click(part("title-done"))
     page.locator(f"{part('result')} >> text=slow spin").wait_for()
     assert "slow spin" in row.inner_text()
-    assert "told-apart: body.rate" in row.inner_text(), "the case that it is a change of"
-    page.screenshot(path=shots / "told-apart.png")
+    assert "two-curves: body.rate" in row.inner_text(), "the case that it is a change of"
+    page.screenshot(path=shots / "two-curves.png")
     # the case that is opened again has the values as they were typed
     page.locator(f"{part('main')} >> text=Open its case").click()
     page.wait_for_function("s => document.querySelector(s)?.value === '80 cm'", arg=part("field-blade.length"))

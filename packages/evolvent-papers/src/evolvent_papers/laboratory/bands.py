@@ -88,7 +88,7 @@ class Budget:
 
     @property
     def text(self) -> str:
-        """When the bands were fixed, in a sentence."""
+        """When the bands were fixed, with the reason why they were widened."""
         return f"bands: {self.marked}" + (f"; {self.widened}" if self.widened else ", and not widened since")
 
     def content(self, settings: Section) -> dict[str, Any]:

@@ -311,8 +311,7 @@ class Mechanism(MechanismModels):
 
     def _key(self, targets: Mapping[int, Array], at: Position) -> Any:
         """What the positions at stations follow from."""
-        path = tuple((j, values.tobytes()) for j, values in targets.items())
-        return self._digest, path, at.t, at.y.tobytes()
+        return self._digest, _path(targets), at.t, at.y.tobytes()
 
     def refined(self, targets: Mapping[int, Array], at: Position) -> tuple[Mapping[int, Array], tuple[int, ...]]:
         """Targets as of `stations`, with more stations from where cords become taut to the next one.
@@ -324,7 +323,7 @@ class Mechanism(MechanismModels):
         loose = self.hangs(at)
         if loose is None:
             return targets, ()
-        path = tuple((j, values.tobytes()) for j, values in targets.items())
+        path = _path(targets)
         if path not in self._refined:
             first, switches = at, self.bare.switches.copy()
             values, places, ends = self._with_ends_of_slack(loose, targets, at)
@@ -422,6 +421,11 @@ class Mechanism(MechanismModels):
             f"{self.names[k]!r} does not reach {values[rows.index(k)]:.6g} {self.unit(k)}: the constraints and the "
             f"coordinates that are held stop it at {x[k]:.6g} {self.unit(k)}"
         )
+
+
+def _path(targets: Mapping[int, Array]) -> tuple[tuple[int, bytes], ...]:
+    """Values of coordinates at stations, to compare."""
+    return tuple((j, values.tobytes()) for j, values in targets.items())
 
 
 def _digest(model: Any, ties: list[Tie], spin: Array) -> str:

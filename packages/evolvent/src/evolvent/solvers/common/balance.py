@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -132,17 +132,15 @@ begin_extremes, extend_extremes = inlined(begin), inlined(extend)
 
 def moved_over(balance: Any) -> np.ndarray:
     """Energy moved from the first sample to each: (nt,) float, J; see `moved`. Samples of NaN move nothing."""
-    high, low = np.fmax.accumulate, np.fmin.accumulate
-    of = columns(balance)
-    since, kinetic, stored = _since(of), of.kinetic, potential(of)
-    swings = [high(values) - low(values) for values in (kinetic, stored)]
-    found = np.maximum.reduce([*swings, high(worked(since)), high(lost(since)), SPIN * high(kinetic)])
+    found = _moved(columns(balance), np.fmax.accumulate, np.fmin.accumulate)
     return np.asarray(np.nan_to_num(found, nan=0.0, posinf=math.inf))
 
 
-def _since(of: SimpleNamespace) -> SimpleNamespace:
-    """Columns of work and of losses less their first entries."""
-    return SimpleNamespace(**{name: getattr(of, name) - getattr(of, name)[:1] for name in (*WORK, *LOSSES)})
+def _moved(of: SimpleNamespace, high: Callable[[Any], Any], low: Callable[[Any], Any]) -> Any:
+    """Energy moved, J, of columns over time, by the largest and the least values of a column, up to each or of all."""
+    since = SimpleNamespace(**{name: getattr(of, name) - getattr(of, name)[:1] for name in (*WORK, *LOSSES)})
+    swings = [high(values) - low(values) for values in (of.kinetic, potential(of))]
+    return np.maximum.reduce([*swings, high(worked(since)), high(lost(since)), SPIN * high(of.kinetic)])
 
 
 def columns(balance: Any) -> SimpleNamespace:
@@ -273,8 +271,5 @@ def _moved_at_end(of: SimpleNamespace) -> float:
     """The last of `moved_over`, which is the largest, J; 0 without samples."""
     if not of.kinetic.size:
         return 0.0
-    high, low = np.fmax.reduce, np.fmin.reduce
-    swings = [high(values) - low(values) for values in (of.kinetic, potential(of))]
-    since = _since(of)
-    found = np.maximum.reduce([*swings, high(worked(since)), high(lost(since)), SPIN * high(of.kinetic)])
+    found = _moved(of, np.fmax.reduce, np.fmin.reduce)
     return 0.0 if math.isnan(found) else max(float(found), 0.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -86,9 +87,13 @@ class ImplicitCopies(Copies):
             for k in which.tolist():
                 self._guarded(k, lambda one: one.begin_anew())
             return
+        self._start(which, lambda part: begin_many(part, *self._structs.values(), self._codes))
+
+    def _start(self, which: Array, start: Callable[[Array], None]) -> None:
+        """Start copies by compiled code, which gives the codes `DONE` or why it failed."""
         for part in self._parts(which):
             try:
-                begin_many(part, *self._structs.values(), self._codes)
+                start(part)
             except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
                 self._fail(int(part[0]), self._failure_of(int(part[0]), error))
                 continue
@@ -154,14 +159,7 @@ class ImplicitCopies(Copies):
             for k in which.tolist():
                 self._hold(k, float(after[k]))
             return
-        for part in self._parts(which):
-            try:
-                restart_many(part, after, *self._structs.values(), self._codes)
-            except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
-                self._fail(int(part[0]), self._failure_of(int(part[0]), error))
-                continue
-            for k in part[self._codes[part] != DONE].tolist():
-                self._guarded(k, lambda one: reason(int(self._codes[one.number]), one))
+        self._start(which, lambda part: restart_many(part, after, *self._structs.values(), self._codes))
 
     def _hold(self, k: int, after: float) -> None:
         """Note whether something acts on a copy of energy-momentum from outside."""
