@@ -100,6 +100,9 @@ def test_what_is_no_set_is_refused(tmp_path: pathlib.Path) -> None:
     with pytest.raises(InputError, match="has no CSV file with the columns quantity,reading,value,uncertainty"):
         torsion.bicycles(str(tmp_path))
     head = "quantity,reading,value,uncertainty\n"
+    (tmp_path / "a.csv").write_text(head, encoding="utf-8")
+    with pytest.raises(InputError, match="value,uncertainty and rows below them"):
+        torsion.bicycles(str(tmp_path))
     (tmp_path / "a.csv").write_text(f"{head}mP,1,4.65,0.01\n", encoding="utf-8")
     with pytest.raises(InputError, match=r"a.csv: dP is missing; mass, diameter, length and period of the rod are mP"):
         torsion.bicycles(str(tmp_path))

@@ -25,7 +25,7 @@ from evolvent.analysis.runs import solve
 from evolvent.analysis.system import System
 from evolvent.parts import Joint, JointSpring, RigidBody
 from evolvent_base import progress, units
-from evolvent_base.errors import InputError, RunFailed
+from evolvent_base.errors import RunFailed
 from evolvent_base.figures import Figure, Line, Panel, stacked
 from evolvent_base.schema import Section
 from evolvent_papers.laboratory import book, tables
@@ -197,18 +197,14 @@ def pieces_of(name: str, folder: str | None, most: int) -> list[Piece]:
     """
     arms = AUTHORS[name].arms
     head = ["time_s", *(f"angle{k + 1}_rad" for k in range(arms)), *(f"rate{k + 1}_rad_s" for k in range(arms))]
+    files = tables.contents(folder, pathlib.Path(__file__).with_name("data") / "pendulum.zip", name.partition("-")[0])
+    if folder is not None:  # which may hold those of the other pendulum as well
+        files = tables.having(files, head, folder)
     found = []
-    stored = pathlib.Path(__file__).with_name("data") / "pendulum.zip"
-    for file, raw in tables.contents(folder, stored, name.partition("-")[0]):
-        if folder is not None and not tables.has(file, raw, head):
-            continue  # of the other pendulum
+    for file, raw in files[:most]:
         values = tables.table(file, raw, head)
         time = values[:, 0] - values[0, 0]
         found.append(Piece(name=file, time=time, angles=values[:, 1 : 1 + arms], rates=values[:, 1 + arms :]))
-        if len(found) == most:
-            break
-    if not found:
-        raise InputError(f"{folder} has no CSV file with the columns {','.join(head)}")
     return found
 
 

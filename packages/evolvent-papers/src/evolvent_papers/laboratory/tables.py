@@ -46,12 +46,25 @@ def _content(path: str) -> bytes:
     return safe_open.content(path, most=safe_open.LARGEST_TEXT)
 
 
-def has(name: str, raw: bytes, head: Sequence[str]) -> bool:
-    """Whether a file is a table with these columns, in any order."""
-    try:
-        return set(tables.read(raw, name).heads) == set(head)
-    except InputError:
-        return False
+def having(files: Sequence[tuple[str, bytes]], head: Sequence[str], where: str) -> list[tuple[str, bytes]]:
+    """Of files, name and content, those that are tables with these columns, in any order; `where` they are.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+
+    def has(name: str, raw: bytes) -> bool:
+        try:
+            return set(tables.read(raw, name).heads) == set(head)
+        except InputError:
+            return False
+
+    found = [(name, raw) for name, raw in files if has(name, raw)]
+    if not found:
+        raise InputError(f"{where} has no CSV file with the columns {','.join(head)} and rows below them")
+    return found
 
 
 def _read(name: str, raw: bytes, head: Sequence[str]) -> tables.TextTable:
@@ -103,11 +116,8 @@ def rows_of(
         return rows("the package's table", own, head, measured, words)
     if not os.path.isdir(data):
         return rows(data, _content(data), head, measured, words)
-    fitting = [(os.path.join(data, name), raw) for name, raw in contents(data, pathlib.Path()) if has(name, raw, head)]
-    found = [row for path, raw in fitting for row in rows(path, raw, head, measured, words)]
-    if not found:
-        raise InputError(f"{data} has no CSV file with the columns {','.join(head)}")
-    return found
+    files = having(contents(data, pathlib.Path()), head, data)
+    return [row for name, raw in files for row in rows(os.path.join(data, name), raw, head, measured, words)]
 
 
 def rows(

@@ -184,9 +184,7 @@ def bicycles(data: str | None) -> dict[str, dict[str, list[str]]]:
         files = [one for one in tables.contents(folder, pathlib.Path()) if one[0] == os.path.basename(data)]
     else:
         files = tables.contents(data, pathlib.Path(__file__).with_name("data") / "torsion.zip")
-    files = [(name, raw) for name, raw in files if tables.has(name, raw, HEAD)]
-    if not files:
-        raise InputError(f"{data} has no CSV file with the columns {','.join(HEAD)}")
+    files = tables.having(files, HEAD, str(data))
     return {os.path.splitext(name)[0]: readings_of(name, raw) for name, raw in files}
 
 

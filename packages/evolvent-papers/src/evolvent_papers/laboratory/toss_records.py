@@ -219,16 +219,10 @@ def tosses_of(folder: str | None, most: int) -> list[Toss]:
     InputError
         If the folder has no such file, or one has no free flight or cannot be read.
     """
-    found = []
-    for file, raw in tables.contents(folder, pathlib.Path(__file__).with_name("data") / "tosses.zip"):
-        if folder is not None and not tables.has(file, raw, HEAD):
-            continue
-        found.append(_toss(file, tables.table(file, raw, HEAD)))
-        if len(found) == most:
-            break
-    if not found:
-        raise InputError(f"{folder} has no CSV file with the columns {','.join(HEAD)}")
-    return found
+    files = tables.contents(folder, pathlib.Path(__file__).with_name("data") / "tosses.zip")
+    if folder is not None:
+        files = tables.having(files, HEAD, folder)
+    return [_toss(file, tables.table(file, raw, HEAD)) for file, raw in files[:most]]
 
 
 def _toss(file: str, values: Array) -> Toss:
