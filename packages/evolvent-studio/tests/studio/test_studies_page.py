@@ -447,6 +447,7 @@ def test_a_study_follows_the_case_that_is_open_and_forgets_the_one_before(page):
 def test_keys_of_the_open_case_are_fitted_to_a_log(page, shots):
     choose(page, "case", "wire-booms")
     page.click(part("tab-calibrate"))
+    page.locator(part("form-of-calibration")).locator("button").first.click()
     page.wait_for_selector(part("calibrate"))
     page.locator(part("case-of-calibration"), has_text="of the open case: wire-booms").wait_for()
     assert page.locator(part("calibrate")).is_disabled()

@@ -278,11 +278,11 @@ def _rank_of(part: Any, size: Array, unresolved: int) -> tuple[int, Array | None
     return rank, np.abs(U[:, rank:]).max(axis=1)
 
 
-def independent(G: scipy.sparse.csr_matrix, rank: int) -> scipy.sparse.csr_matrix:
-    """As many rows of gradients as their rank, which span those of all."""
+def independent_rows(G: scipy.sparse.csr_matrix, rank: int) -> Array:
+    """As many rows of gradients as their rank, which span those of all: (rank,) int, increasing."""
     norms = np.sqrt(np.asarray(G.multiply(G).sum(axis=1)).ravel())
     _, order = scipy.linalg.qr((scipy.sparse.diags(1.0 / norms) @ G).toarray().T, mode="r", pivoting=True)
-    return G[np.sort(order[:rank])]
+    return np.asarray(np.sort(order[:rank]))
 
 
 def is_held(rows: Array, t: float) -> Array:

@@ -11,7 +11,7 @@ from evolvent.algebra.eigenproblem import Eigenproblem
 from evolvent.kernels import rigid
 from evolvent.kernels.blocks import POSITION, RATE, ROTATION, SLOPE
 from evolvent.model.registry import asked, frames_of
-from evolvent.solvers.common.redundancy import independent, is_held
+from evolvent.solvers.common.redundancy import independent_rows, is_held
 from evolvent.solvers.common.standing import idle_nodes
 from evolvent.solvers.static import equilibrium as eq
 from evolvent.solvers.static.work import Work, rubs
@@ -49,7 +49,7 @@ def matrices(work: Work, *, damped: bool = True) -> tuple[scipy.sparse.csr_matri
     penalties = _penalties(work)
     G = gradients[np.flatnonzero(is_held(rows, work.time))]
     if work.redundancy is not None:
-        G = independent(G, work.redundancy.rank)
+        G = G[independent_rows(G, work.redundancy.rank)]
     # impulses are sums over time, not motions, and no force moves thread on its spool
     rates = work.model.blocks["iv"][work.model.blocks["kind"] == RATE] - work.n_q
     idle = np.concatenate([rates, idle_nodes(work.model)])

@@ -1,11 +1,12 @@
-"""Newton's method for equilibria where pivots do not show the rank of the tangent: by singular values, rank kept.
+"""Newton's method for equilibria where pivots do not show the rank of the tangent: of independent constraints alone.
 
 Pivots of bodies that nothing but constraints and soft springs hold are differences of much larger numbers. Where free
 motions or redundant constraints make them vanish they are round-off, which may lie on either side of any limit, and
-with it the number of unknowns that are left out changes from one iteration to the next. Singular values of the scaled
-tangent, [[K, G^T], [G, 0]], have a gap of many decades there. How many of them vanish is found in an equilibrium and
-stays: away from one redundant constraints contradict one another and unbalanced forces turn with free motions, which
-makes singular values of the size of the error.
+with it the number of unknowns that are left out changes from one iteration to the next. Here as many constraints as
+are independent are solved for, with interchanges of rows; the others follow from them, and that they do is checked.
+Free motions show as singular values of the scaled tangent, [[K, G^T], [G, 0]], with a gap of many decades. Those along
+which no force acts are counted in an equilibrium, and their number stays: away from one unbalanced forces turn with
+free motions, which makes singular values of the size of the error.
 """
 
 from __future__ import annotations
@@ -15,38 +16,50 @@ import math
 import numpy as np
 import scipy
 
-from evolvent.algebra.singular import decomposed, null_vectors
+from evolvent.algebra.singular import Scaled
 from evolvent.assembly.families import has_symmetric_stiffness
 from evolvent.solvers.common import redundancy
 from evolvent.solvers.static import equilibrium as eq
-from evolvent.solvers.static.work import MOST_DENSE, Work
+from evolvent.solvers.static.work import Work
 
 Array = np.ndarray
 
 #: Smallest singular values of a scaled tangent, beside the largest, that are zero; share of the forces that may act
 #: along free motions.
 HELD, BALANCED = 1e-10, 1e-8
-
-
-def can_rank(work: Work) -> bool:
-    """Whether a model is small enough for singular values of its tangent."""
-    return work.n_v + work.n_j <= MOST_DENSE
+#: Smallest singular value, beside the largest, below which the choice of independent constraints is made again.
+POOR = 1e-9
 
 
 class RankedNewton:
-    """Newton's method whose corrections leave out as many singular values as vanish in the state that it begins in.
+    """Newton's method with independent constraints, whose corrections leave out free motions.
 
     Attributes
     ----------
     free : int, free motions along which no force acts, which are left out whatever their singular values become
-    redundant : int, scalar constraints that others imply
+    kept : (n,) int, unknowns without the multipliers of the constraints that others imply
     """
 
     def __init__(self, work: Work) -> None:
         self.work = work
-        found = work.redundancy
-        self.redundant = 0 if found is None else found.constraints - found.rank
+        self._evaluate_at(0.0)
+        self.kept = self._independent(work.whole_tangent(0.0))
         self.free = self._balanced_motions()
+
+    def _independent(self, K: scipy.sparse.csr_matrix) -> Array:
+        """Unknowns without multipliers that others imply, by the gradients in a tangent."""
+        w, found = self.work, self.work.redundancy
+        if found is None:
+            return np.arange(w.n_v + w.n_j)
+        rows = redundancy.independent_rows(self._gradients(K), found.rank)
+        return np.setdiff1d(np.arange(w.n_v + w.n_j), w.n_v + np.delete(found.held, rows))
+
+    def _gradients(self, K: scipy.sparse.csr_matrix) -> scipy.sparse.csr_matrix:
+        """Gradients of the constraints in a tangent, moments as forces at the size of the system."""
+        w, found = self.work, self.work.redundancy
+        assert found is not None
+        rows, columns = scipy.sparse.diags(1.0 / found.sizes), scipy.sparse.diags(w.balance.weight)
+        return rows @ K[w.n_v :, : w.n_v][found.held] @ columns
 
     def _balanced_motions(self) -> int:
         """Number of free motions of the state along which neither its own forces nor the whole load act."""
@@ -60,18 +73,18 @@ class RankedNewton:
         acts = any(float(np.abs(X.T @ r).max(initial=0.0)) > BALANCED * scale for r in forces)
         return 0 if acts else X.shape[1]
 
-    def free_motions(self, factor: float) -> Array:
-        """Velocities (nv, k) of independent motions that the tangent leaves free at a load factor."""
+    def _evaluate_at(self, factor: float) -> None:
         w, b = self.work, self.work.balance
         w.model.info.compliance = 0.0
         eq.unbalance(w.time, w.step, factor, 1.0, w.model, b, b.r)
-        X = null_vectors(w.whole_tangent(factor), HELD)[: w.n_v] / b.weight[:, None]
-        if not X.size:
-            return X
-        u, s, _ = np.linalg.svd(X, full_matrices=False)
-        # of redundant constraints the multipliers alone are free
-        count = int(np.sum(s > redundancy.ZERO * s[0])) if X.shape[1] > self.redundant else 0
-        return np.asarray(u[:, : min(count, X.shape[1] - self.redundant)] * b.weight[:, None])
+
+    def free_motions(self, factor: float) -> Array:
+        """Velocities (nv, k) of independent motions that the tangent leaves free at a load factor."""
+        w, weight = self.work, self.work.balance.weight
+        self._evaluate_at(factor)
+        K = Scaled(w.whole_tangent(factor)[self.kept][:, self.kept])
+        X = (K.null(HELD)[0] / K.size[:, None])[: w.n_v] / weight[:, None]
+        return np.asarray(np.linalg.qr(X)[0] * weight[:, None])
 
     def balance(self, factor: float, share: float, tolerance: float, most: int) -> int:
         """Newton's method at one load factor; returns as `equilibrium.balance` does."""
@@ -94,17 +107,19 @@ class RankedNewton:
             norm = float(eq.move(1.0, w.model, b))
             if not math.isfinite(norm):
                 return eq.NOT_FINITE
-            self._reduce_multipliers(K)
             b.loop.correction = b.history[iteration, eq.CORRECTION] = norm
             b.loop.iterations += 1
             stalls += 1 if best <= norm < eq.ROUGH else 0
             best = min(best, norm)
             rough = stalls >= eq.STALLS and b.loop.unbalance <= eq.ROUND_OFF * b.loop.stiffest
             if norm <= tolerance or rough:
+                self._reduce_multipliers(K)
                 self._evaluate(iteration + 1, factor, share)
                 load = float(np.max(np.abs(w.model.P) * b.weight, initial=0.0))
                 allowed = eq.CONSISTENT * max(largest, load) + eq.ROUND_OFF * b.loop.stiffest
                 if b.loop.loose > 0 and b.loop.unbalance > allowed:
+                    return eq.UNBALANCED
+                if w.redundancy is not None and w.redundancy.contradiction(b.r[w.n_v :], w.time):
                     return eq.UNBALANCED
                 b.loop.factor = factor
                 return iteration + 1
@@ -125,26 +140,30 @@ class RankedNewton:
         """Least correction of the unknowns (nu,), as they are scaled, by the singular values that do not vanish."""
         w, b = self.work, self.work.balance
         b.loop.stiffest = float(np.max(np.abs(K.diagonal()[: w.n_v]) * b.weight**2))
-        u, s, v, size = decomposed(K)
-        rank = min(s.size - self.redundant - self.free, int(np.sum(s > HELD * s[0])))
-        b.loop.loose = s.size - rank - self.redundant
-        b.loop.quality = float(s[rank - 1] / s[0])
+        scaled = Scaled(K[self.kept][:, self.kept])
+        V, quality = scaled.null(HELD, self.free)
+        if w.redundancy is not None and (quality < POOR or V.shape[1] > self.free):
+            self.kept = self._independent(K)
+            scaled = Scaled(K[self.kept][:, self.kept])
+            V, quality = scaled.null(HELD, self.free)
+        b.loop.loose, b.loop.quality = V.shape[1], quality
         b.loop.factorizations += 1
-        return np.asarray(v[:rank].T @ ((u[:, :rank].T @ (-w.copies * b.r / size)) / s[:rank]) / size)
+        x = np.zeros(w.n_v + w.n_j)
+        x[self.kept] = scaled.solve(-(w.copies * b.r)[self.kept], V)
+        return x
 
     def _reduce_multipliers(self, K: scipy.sparse.csr_matrix) -> None:
         """Take from the multipliers what makes no force: moments count as forces at the size of the system."""
-        w, b, found = self.work, self.work.balance, self.work.redundancy
+        b, found = self.work.balance, self.work.redundancy
         if found is None:
             return
-        G = K[w.n_v :, : w.n_v][found.held].toarray() * b.weight / found.sizes[:, None]
-        U = np.linalg.svd(G, full_matrices=False)[0][:, : found.rank]
+        U = np.linalg.svd(self._gradients(K).toarray(), full_matrices=False)[0][:, : found.rank]
         b.la[found.held] = U @ (U.T @ (found.sizes * b.la[found.held])) / found.sizes
 
 
 def for_free_motions(work: Work) -> RankedNewton | None:
     """Newton's method by singular values where free motions along which no force acts need it, else None."""
-    if not can_rank(work) or not has_symmetric_stiffness(work.model) or np.any(work.balance.spin[:3]):
+    if not has_symmetric_stiffness(work.model) or np.any(work.balance.spin[:3]):
         return None
     found = RankedNewton(work)
     return found if found.free > 0 else None

@@ -16,7 +16,7 @@ from evolvent.solvers.common.sampled import empty, forces_of
 from evolvent.solvers.common.solution import NEWTON, Path, Solution
 from evolvent.solvers.static import equilibrium as eq
 from evolvent.solvers.static.linear_motion import growing_motions, has_gyroscopic_forces
-from evolvent.solvers.static.ranked import HELD, RankedNewton, can_rank, for_free_motions
+from evolvent.solvers.static.ranked import HELD, RankedNewton, for_free_motions
 from evolvent.solvers.static.work import MOST_ITERATIONS, RESOLVED, Work, add_turn
 
 Array = np.ndarray
@@ -64,7 +64,7 @@ class StaticSearch:
                 eq.balance(w.time, w.step, factor, share, self.tolerance, MOST_ITERATIONS, w.model, w.matrix, b)
             )
             resolved = found >= 0 and b.loop.loose == 0 and b.loop.quality > RESOLVED
-            if resolved or w.redundancy is None or not can_rank(w):
+            if resolved or w.redundancy is None:
                 return found
             self._back(state)
             self.ranked = RankedNewton(w)
@@ -293,7 +293,7 @@ class StaticSearch:
         if count > 0:
             self.free = free
             eq.unbalance(w.time, w.step, factor, 1.0, w.model, w.balance, w.balance.r)
-            if self.ranked is None and can_rank(w) and not np.any(w.balance.spin[:3]):
+            if self.ranked is None and not np.any(w.balance.spin[:3]):
                 count = null_vectors(w.tangent(0.0, 0.0), HELD).shape[1] or count
         elif not families.has_symmetric_stiffness(w.model):
             eq.unbalance(w.time, w.step, factor, 1.0, w.model, w.balance, w.balance.r)

@@ -337,12 +337,10 @@ class Work:
         return self.moved(X)
 
     def unsymmetric_free_motions(self) -> tuple[int, list[str]]:
-        """How many motions an unsymmetric tangent leaves free, and the parts that they move; none of large systems.
+        """How many motions an unsymmetric tangent leaves free, and the parts that they move.
 
         The forces of constraints turn with such a motion: pivots of one row do not show it, singular values do.
         """
-        if self.n_v + self.n_j > MOST_DENSE:
-            return 0, []
         X = null_vectors(self.whole_tangent(1.0), FREE)
         return X.shape[1], self.moved(X[: self.n_v]) if X.size else []
 
