@@ -6,10 +6,12 @@ import math
 
 import numpy as np
 import pytest
+import scipy
 from scipy.optimize import brentq
 
 import evolvent as ev
 from evolvent import cases, parts
+from evolvent.algebra.singular import Scaled, null_vectors
 from evolvent_base.errors import RunFailed
 
 BAR, HUB_MASS, BAR_MASS, STIFFNESS = 2.65, 0.2, 0.6, 20.0
@@ -42,7 +44,7 @@ def ring(count: int, start: float, gravity: float, **spring: float | None) -> ev
     return ev.load({"system": "structure", "parts": own, "gravity": [0.0, 0.0, -gravity]})
 
 
-@pytest.mark.parametrize(("count", "gravity"), [(3, 0.5), (5, 0.0)])
+@pytest.mark.parametrize(("count", "gravity"), [(3, 0.5), (5, 0.0), (14, 0.5)])
 def test_ring_of_rigid_hinges(count: int, gravity: float) -> None:
     """Springs at all pivots carry the weight: 2 k (a - a0) + (hub + bar) g L cos f = 0, a = 2 (f - 30 deg)."""
     rest = math.radians(50.0)
@@ -74,11 +76,41 @@ def test_ring_that_floats() -> None:
         falls.equilibrium()
 
 
-def test_latched_ring_of_rigid_hinges() -> None:
+@pytest.mark.parametrize("count", [3, 13])
+def test_latched_ring_of_rigid_hinges(count: int) -> None:
     """Springs of 20 N m/rad, whose rest is at -60 deg, against latches of 100 kN m/rad."""
-    found = ring(3, OPEN, 0.0).equilibrium()
-    angles = [found[f"spring {n}"].angle.values[0] for n in (1, 2, 3)]
-    assert angles == pytest.approx([-STIFFNESS * math.radians(60.0) / (1e5 + STIFFNESS)] * 3, rel=1e-9)
+    found = ring(count, OPEN, 0.0).equilibrium()
+    angles = [found[f"spring {n + 1}"].angle.values[0] for n in range(count)]
+    assert angles == pytest.approx([-STIFFNESS * math.radians(60.0) / (1e5 + STIFFNESS)] * count, rel=1e-9)
+
+
+@pytest.mark.parametrize(("free", "symmetric"), [(0, True), (1, True), (9, True), (3, False)])
+def test_solution_without_null_vectors(free: int, symmetric: bool) -> None:
+    """Against singular values of the dense matrix: number of null vectors, and the least solution."""
+    rng = np.random.default_rng(free)
+    n = 40
+    U = np.linalg.qr(rng.standard_normal((n, n)))[0]
+    V = U if symmetric else np.linalg.qr(rng.standard_normal((n, n)))[0]
+    values = np.append(rng.uniform(0.1, 1.0, n - free) * rng.choice([-1.0, 1.0], n - free), np.zeros(free))
+    A = U @ np.diag(values) @ V.T * np.outer(scales := rng.uniform(0.5, 2.0, n), scales)
+    r = rng.standard_normal(n) * scales
+    scaled = Scaled(scipy.sparse.csr_matrix(A))
+    found, smallest = scaled.null(1e-10)
+    assert found.shape == (n, free)
+    assert smallest > 1e-3
+    B = scaled.B.toarray()
+    np.testing.assert_allclose(B @ found, 0.0, atol=1e-12)
+    wanted = np.linalg.pinv(B, rcond=1e-10) @ (r / scaled.size) / scaled.size
+    np.testing.assert_allclose(scaled.solve(r, found) * scaled.size, wanted * scaled.size, rtol=1e-9, atol=1e-9)
+
+
+def test_null_vectors_whose_pivots_differ_by_decades() -> None:
+    """Three chains of springs that nothing holds: their last pivots are round-off, or exactly zero."""
+    chain = scipy.sparse.diags([np.full(9, -1.0), np.r_[1.0, np.full(8, 2.0), 1.0], np.full(9, -1.0)], [-1, 0, 1])
+    A = scipy.sparse.block_diag([chain, chain / 3.0, chain * 7.7], format="csr")
+    found = null_vectors(A, 1e-10)
+    assert found.shape == (30, 3)
+    np.testing.assert_allclose(A @ found, 0.0, atol=1e-12)
 
 
 def test_platform_on_parallel_cranks() -> None:

@@ -15,8 +15,8 @@ Array = np.ndarray
 
 #: Vectors that the iteration begins with, and how often they are multiplied by the inverse.
 _FIRST, _ROUNDS = 6, 3
-#: What is added to a scaled matrix so that it has an inverse.
-_SHIFT = 1e-15
+#: What is added to a scaled matrix beside its norm, so that its inverse multiplies all null vectors alike.
+_SHIFT = 1e-13
 
 
 class Scaled:
@@ -36,18 +36,15 @@ class Scaled:
         self.B = scipy.sparse.csc_matrix(D @ A @ D)
         norms = (float(abs(self.B).sum(axis=axis).max()) if A.shape[0] else 0.0 for axis in (0, 1))
         self.norm = float(np.sqrt(np.prod(list(norms)))) or 1.0
-        self._lu: Any = None
+        self._shifted: Any = None
 
     @property
-    def lu(self) -> Any:
-        """Factors of B, by a shift far below round-off of most of its entries where one is needed."""
-        if self._lu is None:
-            try:
-                self._lu = scipy.sparse.linalg.splu(self.B)
-            except RuntimeError:  # a pivot is zero
-                shift = _SHIFT * self.norm * scipy.sparse.identity(self.size.size, format="csc")
-                self._lu = scipy.sparse.linalg.splu(self.B + shift)
-        return self._lu
+    def shifted(self) -> Any:
+        """Factors of B with a shift."""
+        if self._shifted is None:
+            shift = _SHIFT * self.norm * scipy.sparse.identity(self.size.size, format="csc")
+            self._shifted = scipy.sparse.linalg.splu(self.B + shift)
+        return self._shifted
 
     def null(self, zero: float, least: int = 0, *, left: bool = False) -> tuple[Array, float]:
         """Vectors that B, or its transpose, takes to zero, and the smallest singular value that is not, beside `norm`.
@@ -68,8 +65,8 @@ class Scaled:
         while True:
             V = np.random.default_rng(0).standard_normal((n, min(count, n)))
             for _ in range(_ROUNDS):
-                V = np.linalg.qr(self.lu.solve(V, trans=first))[0]
-                V = np.linalg.qr(self.lu.solve(V, trans=second))[0]
+                V = np.linalg.qr(self.shifted.solve(V, trans=first))[0]
+                V = np.linalg.qr(self.shifted.solve(V, trans=second))[0]
             _, s, w = np.linalg.svd(B @ V, full_matrices=False)
             found = max(int(np.sum(s <= zero * self.norm)), least)
             if found < V.shape[1] or V.shape[1] == n:
@@ -81,7 +78,7 @@ class Scaled:
         """Solution of A x = r (n,), least in the scaled unknowns, without the singular vectors V (n, k)."""
         scaled = r / self.size
         if not V.shape[1]:
-            return np.asarray(self.lu.solve(scaled)) / self.size
+            return np.asarray(scipy.sparse.linalg.splu(self.B).solve(scaled)) / self.size
         U = self.null(0.0, V.shape[1], left=True)[0]
         bordered = scipy.sparse.bmat([[self.B, U], [V.T, None]], format="csc")
         found = scipy.sparse.linalg.splu(bordered).solve(np.append(scaled, np.zeros(V.shape[1])))

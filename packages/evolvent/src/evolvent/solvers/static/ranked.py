@@ -157,8 +157,18 @@ class RankedNewton:
         b, found = self.work.balance, self.work.redundancy
         if found is None:
             return
-        U = np.linalg.svd(self._gradients(K).toarray(), full_matrices=False)[0][:, : found.rank]
-        b.la[found.held] = U @ (U.T @ (found.sizes * b.la[found.held])) / found.sizes
+        G = self._gradients(K)
+        chosen = np.isin(self.work.n_v + found.held, self.kept)
+        own, others = G[chosen], G[~chosen]
+        # rows that others imply, as sums of those: least squares, by the matrix that keeps their condition
+        whole = scipy.sparse.bmat([[scipy.sparse.identity(G.shape[1]), own.T], [own, None]], format="csc")
+        right = scipy.sparse.vstack([others.T, scipy.sparse.csr_matrix((own.shape[0], others.shape[0]))])
+        idle = np.zeros((chosen.size, others.shape[0]))
+        idle[chosen] = scipy.sparse.linalg.splu(whole).solve(right.toarray())[G.shape[1] :]
+        idle[~chosen] = -np.eye(others.shape[0])
+        Q = np.linalg.qr(idle)[0]
+        scaled = found.sizes * b.la[found.held]
+        b.la[found.held] = (scaled - Q @ (Q.T @ scaled)) / found.sizes
 
 
 def for_free_motions(work: Work) -> RankedNewton | None:
