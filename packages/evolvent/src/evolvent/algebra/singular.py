@@ -16,7 +16,7 @@ Array = np.ndarray
 #: Vectors that the iteration begins with, and how often they are multiplied by the inverse.
 _FIRST, _ROUNDS = 6, 3
 #: What is added to a scaled matrix beside its norm, so that its inverse multiplies all null vectors alike.
-_SHIFT = 1e-13
+_SHIFT = 1e-15
 
 
 class Scaled:
