@@ -24,7 +24,6 @@ import numpy as np
 import evolvent
 from evolvent import cases
 from evolvent.assembly.variants import Variants
-from evolvent.design.studies import tasks
 from evolvent.solvers.time import run
 
 #: Cases and what is kept of each.
@@ -85,13 +84,19 @@ def values(count: int) -> list[dict[str, float]]:
     return [dict(zip(keys, row, strict=True)) for row in drawn.tolist()]
 
 
+def one_by_one(content: Any, changes: dict[str, float], shared: Variants) -> Any:
+    """What is kept of a case with changed keys."""
+    case = cases.load(content, changes)
+    return cases.system(case.system).plan(case, keep=KEEP, variants=shared).keep()
+
+
 def per_second(count: int, workers: int) -> list[dict[str, Any]]:
     """Times of each way, whose results must have the same bits."""
     system, listed, content = evolvent.load("solar-array"), values(count), cases.content_of("solar-array")
     shared = Variants()
     ways = {
         "cases one by one": lambda: [
-            tasks.outcome_of(content, {f"parts.{key}": v for key, v in one.items()}, KEEP, shared) for one in listed
+            one_by_one(content, {f"parts.{key}": value for key, value in one.items()}, shared) for one in listed
         ],
         "with_values": lambda: [system.with_values(one).simulate(keep=KEEP) for one in listed],
         "simulate_many, 1": lambda: evolvent.simulate_many(system, listed, KEEP, workers=1),
@@ -103,12 +108,10 @@ def per_second(count: int, workers: int) -> list[dict[str, Any]]:
         began, spent = time.perf_counter(), time.process_time()
         found = way()
         wall, cpu = time.perf_counter() - began, time.process_time() - spent
-        if name == "cases one by one":
-            last = [float(one.variables["hinge_1_latch_time_last"].values) for one in found]
-        elif name == "with_values":
-            last = [one[KEEP[0]] for one in found]
-        else:
+        if name.startswith("simulate_many"):
             last = found["hinge_1_latch_time_last"].values.tolist()
+        else:
+            last = [one[KEEP[0]] for one in found]
         bits[name] = np.array(last).tobytes()
         rows.append({"way": name, "wall_s": wall, "cpu_s": cpu, "per_s": count / wall, "cpu_each_s": cpu / count})
     if len(set(bits.values())) > 1:
