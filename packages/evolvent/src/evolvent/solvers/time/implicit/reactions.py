@@ -147,8 +147,6 @@ def evaluate_steps(  # type: ignore[no-untyped-def]
                 model.switches[k] = work.out_s[first, k]
             found = True
             for e in range(ends):
-                for k in range(a.shape[1]):
-                    a[e, k] = 0.0  # what the method carries would depend on which samples there are
                 if ends == 1:
                     status = forces_at(work.samples[n], work.out_y[n], model, matrix, work, a[e], la[e])
                 else:
