@@ -203,9 +203,7 @@ class View:
         model = self._model_apart()  # after reactions are evaluated
         needs.load(model, evaluate_samples)
         rows = {
-            family: families.records(model, family)
-            for family in _results()
-            if not of_some or family in self._families
+            family: families.records(model, family) for family in _results() if not of_some or family in self._families
         }
         layout = _layout(tuple((family, own.size) for family, own in rows.items() if own.size))
         table = layout.table.copy()
