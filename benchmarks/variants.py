@@ -137,7 +137,7 @@ def per_second(count: int, workers: int) -> list[dict[str, Any]]:
     rows, bits = [], {}
     for name, way in ways.items():
         began, spent = time.perf_counter(), time.process_time()
-        found = way()
+        found: Any = way()
         wall, cpu = time.perf_counter() - began, time.process_time() - spent
         if name.startswith("simulate_many"):
             last = found["hinge_1_latch_time_last"].values.tolist()

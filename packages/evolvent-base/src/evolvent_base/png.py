@@ -27,7 +27,7 @@ def encoded(points: np.ndarray, dpi: float) -> bytes:
     chunks = (
         (b"IHDR", struct.pack(">IIBBBBB", width, height, _BITS, _RGB, 0, 0, 0)),
         (b"pHYs", struct.pack(">IIB", density, density, _PER_METRE)),
-        (b"IDAT", zlib.compress(rows, _LEVEL)),
+        (b"IDAT", zlib.compress(rows.data, _LEVEL)),
         (b"IEND", b""),
     )
     return b"\x89PNG\r\n\x1a\n" + b"".join(

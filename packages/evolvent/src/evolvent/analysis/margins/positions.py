@@ -130,8 +130,8 @@ class MechanismModels(abc.ABC):
 
     def lefts(self, t: float, y: Array, *, a: Array | None = None, la: Array | None = None) -> Array:
         """`left` of the bare model with several accelerations (k, nv), or multipliers (k, nj): a row of each."""
-        count = len(a if la is None else la)
-        a, la = np.zeros((count, self.n_v)) if a is None else a, np.zeros((count, self.n_j)) if la is None else la
+        count = max(len(rows) for rows in (a, la) if rows is not None)
+        a, la = (np.zeros((count, size)) if rows is None else rows for rows, size in ((a, self.n_v), (la, self.n_j)))
         r = np.empty((count, self.n_v + self.n_j))
         residuals(t, y, a, la, self.bare, r, self.powers)
         return r
