@@ -80,6 +80,7 @@ def test_a_run_loads_what_it_needs(drawn):
     assert not found & (
         NEVER | {"h5netcdf", "matplotlib", "rich", "scipy.linalg", "scipy.optimize", "numba.np.arraymath"}
     )
+    assert not found & {"evolvent.analysis.batch_results", "evolvent.solvers.sensitivity"}
 
 
 @pytest.mark.slow

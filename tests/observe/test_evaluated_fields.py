@@ -38,6 +38,26 @@ def test_fields_are_those_of_the_samples_one_by_one(case: str) -> None:
 
 
 @pytest.mark.slow
+def test_fields_of_some_families_are_those_of_all() -> None:
+    """What is not among them is evaluated all the same where it is asked for."""
+    solution, _, _ = solve(evolvent.load("solar-array").assemble(), until=1.0, every=0.1)
+    whole, some = View(solution), View(solution, families={"coordinates"})
+    for family in ("coordinates", "joints", "bodies"):
+        assert some.fields[family].keys() == whole.fields[family].keys()
+        for field, values in whole.fields[family].items():
+            assert some.fields[family][field].tobytes() == values.tobytes(), (family, field)
+
+
+@pytest.mark.slow
+def test_reactions_do_not_depend_on_which_samples_there_are() -> None:
+    settings: dict[str, Any] = {"until": 3.0, "every": 0.3}
+    system = evolvent.load("solar-array")
+    fine, coarse = (results.regular(system.simulate(fine=fine, **settings)) for fine in (True, False))
+    for name in ("pivot 1.force", "pivot 2.moment"):
+        np.testing.assert_array_equal(get(fine, name).values, get(coarse, name).values, err_msg=name)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("case", "names"),
     [

@@ -23,7 +23,7 @@ from evolvent.analysis.methods import choose_method
 from evolvent.analysis.settings import check_run, sample_times
 from evolvent.cases import CasePlan
 from evolvent.results.fine_samples import Times
-from evolvent.results.kept import is_local, kept_of
+from evolvent.results.kept import is_of_samples, kept_of
 from evolvent.results.limits import LIMITS
 from evolvent.results.tree import root_of
 from evolvent.solvers.common.laws import refusing_laws
@@ -160,7 +160,7 @@ class SystemDefinition:
             settings = accuracy.settings_at(self.level, assembly, times, settings)
             check_run(assembly, times, settings.get("step"))
             margins = KeptMargins.of(assembly, self.sections(case).get("margin", {}), keep)
-            local = bool(keep) and not margins.of_run and is_local(assembly, margins.others)
+            local = bool(keep) and not margins.of_run and is_of_samples(assembly, margins.others)
             fine = bool(settings.pop("fine", True)) and not local
             sampling = Times.of(times, self.between(case), fine=fine, values=assembly.y.size)
             method, prepare, note = self.prepare_run(case, assembly, sampling.all, settings)

@@ -23,7 +23,7 @@ from evolvent.analysis.storage import storage_of
 from evolvent.assembly import families
 from evolvent.assembly.variants import Variants
 from evolvent.results.fine_samples import Times
-from evolvent.results.kept import Kept, is_local, is_of_samples, kept_of
+from evolvent.results.kept import Kept, is_of_samples, kept_of
 from evolvent.results.tree import root_of
 from evolvent.solvers.common.sizes import energy_floor, round_off_energy, sizes
 from evolvent.solvers.time.copies import GOES_ON, HAS_FAILED, Copies
@@ -68,9 +68,8 @@ class ManyRuns:
             raise InputError("runs that start from a run, or with a spin about the centre of mass, are made one by one")
         samples = sample_times(options.pop("until"), options.pop("every", None), values=assembly.y.size)
         check_run(assembly, samples, options.get("step"))
-        fine = options.pop("fine", True) and not is_local(assembly, self.keep)
+        fine = options.pop("fine", True) and not is_of_samples(assembly, self.keep)
         self.times = Times.of(samples, fine=fine, values=assembly.y.size)
-        self._of_samples = is_of_samples(assembly, self.keep)
         options["method"], shared = method, assembly.shared
         plan, _ = runs.plan(dataclasses.replace(assembly, shared=None), self.times.all, **options)
         self.run = prepared(plan)
@@ -144,11 +143,6 @@ class ManyRuns:
         if status == HAS_FAILED:
             ending = ("failed", copies.reasons[k])
         found = one.result(*ending, wall_time=math.nan).or_start(float(self.times.all[0]))
-        if self._of_samples and not (found.kept is not None and found.closure.fails):
-            # of no fewer samples the energy balance would gain more, and no fine sample is seen
-            regular = self.times.regular[: found.t.size].copy()
-            regular[-1] = True
-            return found if regular.all() else found.chosen(regular)
         return check_energy_gain(self.times.chosen(found)[0])
 
 

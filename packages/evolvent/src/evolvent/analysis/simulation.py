@@ -10,7 +10,7 @@ from evolvent.analysis.closure import warning_of
 from evolvent.analysis.composition import Composition
 from evolvent.analysis.margins.kept_margins import KeptMargins
 from evolvent.analysis.methods import choose_method
-from evolvent.results.kept import check_names, is_local, kept_of, refusal
+from evolvent.results.kept import check_names, is_of_samples, kept_of, refusal
 from evolvent.results.tree import root_of
 from evolvent.results.variables import names
 from evolvent_base.errors import InputError, RunFailed
@@ -104,7 +104,7 @@ def evaluated(
 
     The assembly is of this run alone, which may change its model. Where it `warns` is found if that is asked for.
     """
-    fine = settings.get("fine", True) and (margins.of_run or not is_local(assembly, margins.others))
+    fine = settings.get("fine", True) and (margins.of_run or not is_of_samples(assembly, margins.others))
     own = margins.at_rest is None  # which have been found of the assembly
     solution, why, times = runs.solve(assembly, progress=progress, **{**settings, "fine": fine, "own": own})
     found = kept_of(

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, Self, overload
 import lazy_loader as lazy
 import numpy as np
 
-from evolvent.analysis import limits, runs, sensitivity, simulation, trees, variation
-from evolvent.analysis.batch import Batch
+from evolvent.analysis import limits, runs, simulation, trees, variation
 from evolvent.analysis.composition import Composition
 from evolvent.analysis.margins import evaluation
 from evolvent.analysis.methods import choose_method
@@ -25,12 +24,14 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from evolvent.analysis import (
+        batch as batches,
         linear,
         loop_modes as loops,
         mesh_error as mesh,
         modal,
         reflector_keys,
         reflector_results,
+        sensitivity,
         storage_results,
     )
     from evolvent.analysis.sensitivity_results import Sensitivities
@@ -40,12 +41,14 @@ if TYPE_CHECKING:
     from evolvent.solvers.modal import linear as linearized, modes as vibrations
     from evolvent.solvers.static import static
 else:  # runs do without; what these may ask for on threads is loaded at once
+    batches = lazy.load("evolvent.analysis.batch", suppress_warning=True)
     linear = lazy.load("evolvent.analysis.linear", suppress_warning=True)
     loops = lazy.load("evolvent.analysis.loop_modes", suppress_warning=True)
     mesh = lazy.load("evolvent.analysis.mesh_error", suppress_warning=True)
     modal = lazy.load("evolvent.analysis.modal", suppress_warning=True)
     reflector_keys = lazy.load("evolvent.analysis.reflector_keys", suppress_warning=True)
     reflector_results = lazy.load("evolvent.analysis.reflector_results", suppress_warning=True)
+    sensitivity = lazy.load("evolvent.analysis.sensitivity", suppress_warning=True)
     storage_results = lazy.load("evolvent.analysis.storage_results", suppress_warning=True)
     linearized = lazy.load("evolvent.solvers.modal.linear", suppress_warning=True)
     vibrations = lazy.load("evolvent.solvers.modal.modes", suppress_warning=True)
@@ -133,7 +136,7 @@ class System(Composition, Answered):
         self, n: int, *, until: Any = None, every: Any = None, method: str | None = None, step: Any = None,
         tolerance: float | None = None, spectral_radius: float | None = None, inputs: str | Sequence[str] = (),
         workers: int | None = None,
-    ) -> Batch:  # fmt: skip
+    ) -> batches.Batch:  # fmt: skip
         """Make many copies of the system, which compiled code steps beside one another.
 
         Parameters
@@ -162,7 +165,7 @@ class System(Composition, Answered):
             As of `simulate`; for explicit methods, feedback, threads that are paid out, and more copies than the memory
             holds.
         """
-        return Batch(
+        return batches.Batch(
             self, n, until=until, every=every, method=method, step=step, tolerance=tolerance,
             spectral_radius=spectral_radius, inputs=inputs, workers=workers,
         )  # fmt: skip

@@ -10,7 +10,7 @@ from numba import types, void
 
 from evolvent.algebra import sparse
 from evolvent.algebra.sparse import SPARSE
-from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
+from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect, inlined, kernel
 from evolvent.kernels import ancf_beams, constraints, points, rigid
 from evolvent.kernels.blocks import POSITION, ROTATION, SLOPE
 from evolvent.kernels.calls import energy_at, force_at, momentum_at, tangent_at, ties_at
@@ -51,6 +51,13 @@ def residual(t, y, a, la, step, factor, model, r, powers):
         force_at(model, calls[k])(interval, model)
     for i in range(model.info.nv):
         r[i] = F[i] - P[i]
+
+
+@indirect(void(REAL, VECTOR, MATRIX, MATRIX, MODEL, MATRIX, VECTOR))
+def residuals(t, y, a, la, model, r, powers):
+    """`residual` of one state without loads and gravity, by several accelerations and multipliers: a row of r each."""
+    for k in range(r.shape[0]):
+        residual(t, y, a[k], la[k], 0.0, 0.0, model, r[k], powers)
 
 
 @indirect(void(REAL, VECTOR, MODEL))

@@ -309,15 +309,19 @@ def kept_of(
         return Kept(attrs=attrs, variables={}, missing=tuple(keep))
     samples, statistics, assembly = np.flatnonzero(~fine), solution.statistics, solution.assembly
     of_reactions = [name for name in keep if follows_from_reactions(assembly, split(name)[0])]
+    owners = {variables.owner(name) for name in keep} & assembly.parts.keys()
     local = is_of_samples(assembly, keep)
     if local:
         if all(split(name)[1] in ("first", "last") for name in keep):
             samples = np.unique(samples[[0, -1]])
         if not of_reactions:
             solution = dataclasses.replace(solution, reactions=None)
-        solution = solution.chosen(samples)
-        samples = np.arange(samples.size)
-    view, roots, chosen = View(solution, joints=bool(of_reactions) or not local), functools.cache(root), solution
+        if samples.size < solution.t.size:
+            solution = solution.chosen(samples)
+            samples = np.arange(samples.size)
+    families_read = {assembly.names[name][0] for name in owners if _is_of_family(assembly, name)}
+    view = View(solution, joints=bool(of_reactions) or not local, families=families_read)
+    roots, chosen = functools.cache(root), solution
     sums = functools.cache(lambda: balances_of(chosen))
     seen: dict[str, Observed] = {}
     found: dict[str, xr.Variable] = {}

@@ -13,7 +13,7 @@ import numpy as np
 
 from evolvent.analysis.margins.shares import coordinate_names, measured, ties_of, unforced
 from evolvent.assembly.assembled import Assembly
-from evolvent.equations.implicit import residual
+from evolvent.equations.implicit import residual, residuals
 from evolvent.kernels import axial
 from evolvent.kernels.axial import QUARTER
 from evolvent.model.powers import N_POWERS
@@ -57,8 +57,7 @@ class Position:
         r = mechanism.left(t, y, bare)
         self.zero, self.gaps = r[:n_v], r[n_v:]
         self.x = motions_of(bare)["angle"].copy()
-        G = [mechanism.left(t, y, bare, la=e)[:n_v] - self.zero for e in np.eye(mechanism.n_j)]
-        self.G = np.array(G).reshape(mechanism.n_j, n_v)
+        self.G = mechanism.lefts(t, y, la=np.eye(mechanism.n_j))[:, :n_v] - self.zero
         self.J = np.zeros((self.x.size, n_v))
         for k, one in enumerate(mechanism.with_torque):
             motions_of(one)["rest"] = self.x[k] - 1.0
@@ -68,8 +67,7 @@ class Position:
     def mass(self) -> Array:
         """Mass matrix, (nv, nv)."""
         one = self._mechanism
-        columns = [one.left(self.t, self.y, one.bare, a=e)[: one.n_v] - self.zero for e in np.eye(one.n_v)]
-        found = np.array(columns)
+        found = one.lefts(self.t, self.y, a=np.eye(one.n_v))[:, : one.n_v] - self.zero
         return 0.5 * (found + found.T)
 
 
@@ -128,6 +126,14 @@ class MechanismModels(abc.ABC):
         r = np.empty(self.n_v + self.n_j)
         a, la = self.none[0] if a is None else a, self.none[1] if la is None else la
         residual(t, y, a, la, step, factor, model, r, self.powers)
+        return r
+
+    def lefts(self, t: float, y: Array, *, a: Array | None = None, la: Array | None = None) -> Array:
+        """`left` of the bare model with several accelerations (k, nv), or multipliers (k, nj): a row of each."""
+        count = max(len(rows) for rows in (a, la) if rows is not None)
+        a, la = (np.zeros((count, size)) if rows is None else rows for rows, size in ((a, self.n_v), (la, self.n_j)))
+        r = np.empty((count, self.n_v + self.n_j))
+        residuals(t, y, a, la, self.bare, r, self.powers)
         return r
 
     def remember(self, t: float, y: Array | None) -> None:

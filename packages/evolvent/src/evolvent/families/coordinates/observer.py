@@ -49,9 +49,11 @@ def worded(row: Any, text: str) -> str:
 def add_fields(view: View, found: Observed, family: str, index: Any, row: Any, fields: str, **words: str) -> None:
     """Add fields of records (one record, or a slice along `loop`); row : that of the coordinate."""
     for field in fields.split():
-        name, unit, text = (worded(row, what).format(**words) for what in RESULTS[family][field])
+        name, unit, text = RESULTS[family][field]
+        name = worded(row, name)
         if not view.wants(name):
             continue
+        unit, text = worded(row, unit), worded(row, text).format(**words)
         values = view.fields[family][field][:, index]
         if values.ndim == 1:
             found.scalar(name, values, unit, text)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -67,24 +67,26 @@ def _results() -> dict[str, list[tuple[str, int, tuple[int, ...]]]]:
 
 
 class Fields(dict[str, dict[str, Array]]):
-    """Fields of records at samples, by family, taken from one array as they are asked for.
+    """Fields of records at samples, by family, evaluated as they are asked for.
 
     Parameters
     ----------
-    values : (nt, n) float, of `evaluate_samples`
-    layout : _Layout
+    evaluated : returns values (nt, n), of `evaluate_samples`, and their layout, for the family that is asked for
     kept : returns what stands in the place of some of them, by family and field
     """
 
-    def __init__(self, values: Array, layout: _Layout, kept: Callable[[], Mapping[str, dict[str, Array]]]) -> None:
+    def __init__(
+        self, evaluated: Callable[[str], tuple[Array, _Layout]], kept: Callable[[], Mapping[str, dict[str, Array]]]
+    ) -> None:
         super().__init__()
-        self._values, self._layout, self._kept = values, layout, kept
+        self._evaluated, self._kept = evaluated, kept
 
     def __missing__(self, family: str) -> dict[str, Array]:
-        nt, places = len(self._values), self._layout.places.get(family)
+        values, layout = self._evaluated(family)
+        nt, places = len(values), layout.places.get(family)
         if places is None:
             return {name: np.empty((nt, 0, *shape)) for name, _, shape in _results().get(family, ())}
-        found = {field: self._values[:, at : at + math.prod(shape)].reshape(nt, *shape) for field, at, shape in places}
+        found = {field: values[:, at : at + math.prod(shape)].reshape(nt, *shape) for field, at, shape in places}
         found = self[family] = found | self._kept().get(family, {})
         return found
 
@@ -137,15 +139,17 @@ class View:
     Parameters
     ----------
     joints : bool, whether anything of joints is read; without that they are not evaluated
+    families : names of those whose fields are read; those of others are evaluated only if one is read in spite of it
     """
 
-    def __init__(self, solution: Solution, *, joints: bool = True) -> None:
+    def __init__(self, solution: Solution, *, joints: bool = True, families: Collection[str] | None = None) -> None:
         self.solution, self.assembly, self.model = solution, solution.assembly, solution.assembly.model
         self.t, self.y, self.s = solution.t, np.ascontiguousarray(solution.y), solution.s
         self.explicit = solution.method in METHODS
         own = solution.assembly.model
         self._joints = own.constraints.size if joints or own.threads.size or own.bearings.size else 0
         self.wanted: set[str] | None = None
+        self._families = frozenset(_results() if families is None else families)
         self._poses: dict[int, Pose] = {}
         self._sides: dict[Any, Side] = {}
 
@@ -190,10 +194,17 @@ class View:
     @functools.cached_property
     def fields(self) -> dict[str, dict[str, Array]]:
         """Fields of records that are results (`model.RESULTS`) at the samples, by family: (nt, n, ...) each."""
+        evaluated = functools.cache(self._evaluated)
+        return Fields(lambda family: evaluated(family in self._families), functools.cache(self._kept_fields))
+
+    def _evaluated(self, of_some: bool) -> tuple[Array, _Layout]:
+        """Fields at the samples, of the families that are read or of all, and where they stand."""
         la = np.ascontiguousarray(self.solution.la) if self._joints else np.zeros((self.t.size, 0))
         model = self._model_apart()  # after reactions are evaluated
         needs.load(model, evaluate_samples)
-        rows = {family: families.records(model, family) for family in _results()}
+        rows = {
+            family: families.records(model, family) for family in _results() if not of_some or family in self._families
+        }
         layout = _layout(tuple((family, own.size) for family, own in rows.items() if own.size))
         table = layout.table.copy()
         firsts = np.array([address(rows[family]) for family in layout.families], dtype=np.int64)
@@ -201,7 +212,7 @@ class View:
         factors, s = np.resize(self.load_factor, self.t.size), np.ascontiguousarray(self.s)
         values = np.empty((self.t.size, int(table[:, 2] @ table[:, 3])))
         evaluate_samples(self.t, self.y, s, la, factors, model, table, values)
-        return Fields(values, layout, functools.cache(self._kept_fields))
+        return values, layout
 
     def reactions(self, bodies: Array) -> Array | None:
         """Forces and moments (nt, k, 6) that hold bodies (k,) which stand still, N and N m, inertial axes.

@@ -147,9 +147,6 @@ def evaluate_steps(  # type: ignore[no-untyped-def]
                 model.switches[k] = work.out_s[first, k]
             found = True
             for e in range(ends):
-                for k in range(a.shape[1]):
-                    a[e, k] = work.out_a[first, k]
-            for e in range(ends):
                 if ends == 1:
                     status = forces_at(work.samples[n], work.out_y[n], model, matrix, work, a[e], la[e])
                 else:
