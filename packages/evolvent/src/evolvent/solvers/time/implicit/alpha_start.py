@@ -20,22 +20,23 @@ from evolvent.solvers.time.implicit.newton import solve_end
 from evolvent.solvers.time.implicit.workspace import ALPHA, DONE, NOT_FINITE, REDUNDANT, SINGULAR, WORKSPACE
 
 _I = types.int64
-#: Iterations to the accelerations that runs start with; where friction depends on reactions, which the matrix does not
-#: have there; and for samples, from zero: the first one leaves what the difference for g'' does, the second round-off.
-STARTING, RUBBING, SAMPLED = 3, 20, 2
+#: Iterations to the accelerations, and more where friction depends on reactions, which the matrix does not have there.
+MOST, RUBBING = 3, 20
+#: Correction beside the accelerations with which the iterations for samples end: it shrinks as much again by each.
+SMALL = 1e-6
 
 
 def _has_releases(model):
     return model.info.releases
 
 
-@indirect(void(REAL, VECTOR, _I, types.boolean, MODEL, SPARSE, WORKSPACE, VECTOR, VECTOR))
-def accelerations_at(t, state, most, known, model, matrix, work, A, la):
+@indirect(void(REAL, VECTOR, REAL, types.boolean, MODEL, SPARSE, WORKSPACE, VECTOR, VECTOR))
+def accelerations_at(t, state, small, known, model, matrix, work, A, la):
     """Accelerations A and multipliers la that fit a state: M v' + F + G^T la = 0 and g'' = 0, with a factored matrix.
 
     Parameters
     ----------
-    most : int, iterations where friction does not depend on reactions
+    small : float, largest correction beside the accelerations after which there is none
     known : bool, whether work.r is the residual with A and la
 
     Notes
@@ -48,7 +49,7 @@ def accelerations_at(t, state, most, known, model, matrix, work, A, la):
     c_mass = short_c_mass(options)
     scale = c_mass * options.mass
     d = 1e-3 * options.span
-    for n in range(most if model.info.reactive == 0 else RUBBING):
+    for n in range(MOST if model.info.reactive == 0 else RUBBING):
         if n > 0 or not known:
             residual(t, state, A, la, 0.0, 1.0, model, work.r, work.powers[0])
         for side in range(2):
@@ -72,10 +73,14 @@ def accelerations_at(t, state, most, known, model, matrix, work, A, la):
         for i in range(first):
             work.x[i] = -work.r[i]
         sparse_lu.solve(matrix, work.x)
+        moved = largest = 0.0
         for i in range(n_v):
             A[i] += c_mass * work.x[i]
+            moved, largest = max(moved, abs(c_mass * work.x[i])), max(largest, abs(A[i]))
         for k in range(n_j):
             la[k] += scale * work.x[first + k]
+        if n > 0 and moved <= small * largest and model.info.reactive == 0:
+            return
 
 
 @indirect(_I(REAL, VECTOR, MODEL, SPARSE, WORKSPACE, VECTOR, VECTOR))
@@ -89,7 +94,7 @@ def forces_at(t, state, model, matrix, work, A, la):
     residual(t, state, A, la, 0.0, 1.0, model, work.r, work.powers[0])
     if factor_at(t, state, la, c_mass, 0.0, c_mass * work.options.mass, model, matrix, work) != 0:
         return SINGULAR
-    accelerations_at(t, state, SAMPLED, True, model, matrix, work, A, la)
+    accelerations_at(t, state, SMALL, True, model, matrix, work, A, la)
     if not (is_finite(A) and is_finite(la)):
         return NOT_FINITE
     residual(t, state, A, la, 0.0, 1.0, model, work.r, work.powers[0])
@@ -153,7 +158,7 @@ def start_accelerations(model, matrix, work):
     if found != 0:
         return SINGULAR if found < 0 else REDUNDANT
     if not begins:
-        accelerations_at(t, y, STARTING, False, model, matrix, work, A, la)
+        accelerations_at(t, y, -1.0, False, model, matrix, work, A, la)
     if not is_finite(A):
         return NOT_FINITE
     for i in range(n_v):
@@ -177,7 +182,7 @@ def start_accelerations(model, matrix, work):
         displace(y, work.dq, False, model, state)
         for i in range(n_v):
             state[n_q + i] += d * A[i]
-        accelerations_at(t + d, state, STARTING, False, model, matrix, work, B, la1)
+        accelerations_at(t + d, state, -1.0, False, model, matrix, work, B, la1)
         for i in range(n_v):
             J[i] += B[i] / (2.0 * d)
         d = -d
