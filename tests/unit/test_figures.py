@@ -1,13 +1,11 @@
 """Figures as data: spectra, maps and identified modes, and how they are drawn."""
 
-import io
-
 import numpy as np
 import pytest
 
 import evolvent
 from evolvent import System, parts
-from evolvent_base import plots, png
+from evolvent_base import plots
 from evolvent_base.errors import InputError
 from evolvent_base.figures import Figure, Line, Map, Panel, spectrum
 from evolvent_massprops import mode_figures
@@ -128,12 +126,3 @@ def test_figures_of_identified_modes():
     assert amplitudes.panels[1].lines[0].y == pytest.approx([0.2, -0.2], abs=1e-6)  # equal: the first is positive
     for figure in (signals, spectra, amplitudes):
         assert plots.picture(figure, "png").startswith(b"\x89PNG")
-
-
-def test_png_files_hold_the_points_that_were_drawn(rng):
-    Image = pytest.importorskip("PIL.Image")
-    points = rng.integers(0, 256, (7, 5, 3), dtype=np.uint8)
-    read = Image.open(io.BytesIO(png.encoded(points, 200.0)))
-    np.testing.assert_array_equal(np.asarray(read), points)
-    assert read.mode == "RGB"
-    assert read.info["dpi"] == pytest.approx((200.0, 200.0), rel=1e-3)

@@ -12,7 +12,7 @@ from typing import Any
 import lazy_loader as lazy
 import numpy as np
 
-from evolvent_base import png, progress
+from evolvent_base import progress
 from evolvent_base.errors import InputError
 from evolvent_base.figures import WIDTH, Figure, Line, Map, Note, Panel, axis_label, counts, y_limits
 from evolvent_base.files import make_folder, write_file
@@ -148,7 +148,7 @@ def picture(figure: Figure, kind: str, *, dpi: float = DPI, title: bool = True, 
 def content(drawn: Any, kind: str) -> bytes:
     """One of matplotlib's figures as the content of a file of some `kind`."""
     if kind == "png":
-        return png.encoded(*_points(drawn))
+        return _png_file(*_points(drawn))
     file = io.BytesIO()
     with sheets.mpl.rc_context(STYLE):
         undated = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}[kind]
@@ -164,8 +164,16 @@ def _points(drawn: Any) -> tuple[np.ndarray, float]:
     return np.asarray(canvas.buffer_rgba())[..., :3], float(drawn.dpi)
 
 
+def _png_file(points: np.ndarray, dpi: float) -> bytes:
+    """Points as the content of a PNG file."""
+    file = io.BytesIO()
+    runs_of_equal_points: Any = {"compress_type": 3, "compress_level": 4}  # half the time, a tenth more bytes
+    sheets.Image.fromarray(points).save(file, format="png", dpi=(dpi, dpi), **runs_of_equal_points)
+    return file.getvalue()
+
+
 def _write_points(path: str, points: np.ndarray, dpi: float) -> None:
-    write_file(path, png.encoded(points, dpi))
+    write_file(path, _png_file(points, dpi))
 
 
 def _schematic_height(figure: Figure) -> float | None:
