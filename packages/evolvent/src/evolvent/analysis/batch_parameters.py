@@ -288,8 +288,9 @@ class BatchParameters:
             self._parts.pop(k, None)
         for place in places:
             self._field(place)[which] = given
-        for k, (changes, _) in found.items():
-            self._take(k, changes)
+        follow = [k for k, (changes, _) in found.items() if self._take(k, changes)]
+        for k, error in self._plan(follow).items():
+            raise InputError(f"copy {k}: {error}")
         if self._varied.joined:
             self._meet(sorted({*which.tolist()} - again))
 
@@ -311,16 +312,18 @@ class BatchParameters:
             for place in places:
                 self._plain[key] = places
                 self._field(place)[own] = given
-        plain = list[int]()
+        plain, follow = list[int](), list[int]()
         for k, point in enumerate(points):
             try:
                 if others := self._others(point):
                     changes, self._parts[k] = self._varied.changes(others)
-                    self._take(k, changes)
+                    if self._take(k, changes):
+                        follow.append(k)
                 elif point and self._varied.joined:
                     plain.append(k)
             except InputError as error:
                 refused[k] = error
+        refused |= self._plan(follow)
         for k in self._misfits(plain):
             try:
                 self._meet([k])
@@ -351,12 +354,16 @@ class BatchParameters:
 
     def write(self, which: Array) -> None:
         """Write what is their own into the blocks of copies."""
-        memory, blocks = self._copies.memory, self._copies.blocks
+        self._write_to(self._copies.blocks, which, which)
+
+    def _write_to(self, blocks: Array, at: Array, which: Array) -> None:
+        """Write what is the own of copies into blocks: those numbered `at` (k,) get that of `which` (k,)."""
+        memory = self._copies.memory
         for path, own in self._own.items():
-            memory.values(blocks, *path)[which] = own[which]
+            memory.values(blocks, *path)[at] = own[which]
         for (array, field, row), own in self._fields.items():
             found = memory.values(blocks, "model", array)
-            (found[field] if field else found)[which, row] = own[which]
+            (found[field] if field else found)[at, row] = own[which]
 
     def _places(self, key: str, given: Sequence[Any], which: Array) -> tuple[Place, ...]:
         """Where a key stands (`VariedRun.places`), with the number of the copy in what is refused."""
@@ -374,29 +381,56 @@ class BatchParameters:
         except InputError as error:
             raise InputError(f"copy {k}: {error}") from None
 
-    def _take(self, k: int, changes: Changes) -> None:
-        """Take over what a copy has of its own, and its plan where that may follow from it."""
-        varied, scratch, work = self._varied, self._scratch, self._varied.run.work
+    def _take(self, k: int, changes: Changes) -> bool:
+        """Take over what a copy has of its own; returns whether its plan may follow from that (`_plan`)."""
+        varied, scratch = self._varied, self._scratch
         touched = varied.written(changes, scratch)
         for name in touched:
             self._set("model", name, k, getattr(scratch, name))
         places = [(one.family, one.field, one.row) for one in changes.records]
         places += [("parameters", "", index) for index in changes.parameters]
-        follows = varied.changes_plan(places, touched)
         try:
             self._write_numbers(k)
             varied.check_start(scratch)
-            found = varied.plan(scratch) if follows else {}
         except InputError as error:
             raise InputError(f"copy {k}: {error}") from None
-        if follows:
-            self.planned.add(k)
-        elif k in self.planned:
-            self.planned.remove(k)
-            found = {name: getattr(work, name) for name in varied.run.plan.made}
-        for name, value in found.items():
-            if ("work", name) in self._copies.memory.places:
-                self._set("work", name, k, value)
+        if varied.changes_plan(places, touched):
+            return True
+        self.planned.discard(k)
+        self._keep_plan(k)
+        return False
+
+    def _plan(self, which: Sequence[int]) -> dict[int, InputError]:
+        """Find the plans of copies; returns why some have none."""
+        refused = dict[int, InputError]()
+        if not which:
+            return refused
+        kept = self._copies.keep_plan(np.array(which), self._write_to)
+        self.planned |= {*which}
+        for k, is_kept in zip(which, kept.tolist(), strict=True):
+            if is_kept:
+                self._keep_plan(k)
+                continue
+            take(self._scratch, self._varied.run.model)
+            for (struct, name), own in self._own.items():
+                if struct == "model":
+                    getattr(self._scratch, name)[...] = own[k]
+            self._write_numbers(k)
+            try:
+                found = self._varied.plan(self._scratch)
+            except InputError as error:
+                refused[k] = error
+                continue
+            for name, value in found.items():
+                if ("work", name) in self._copies.memory.places:
+                    self._set("work", name, k, value)
+        return refused
+
+    def _keep_plan(self, k: int) -> None:
+        """Let a copy have the plan of the run, whatever it had before."""
+        for name in self._varied.run.plan.made:
+            if ("work", name) in self._own:
+                self._set("work", name, k, getattr(self._varied.run.work, name))
 
     def _meet(self, which: Sequence[int]) -> None:
         """Refuse copies with numbers alone whose constraints the start does not meet."""

@@ -74,6 +74,16 @@ class Copies:
 
     # ------------------------------------------------------------------------------------------------ solver
 
+    def keep_plan(self, which: Array, write: Callable[[Array, Array, Array], None]) -> Array:
+        """Whether copies with what is their own surely have the plan of the run, (k,) bool; none where that is unknown.
+
+        Parameters
+        ----------
+        which : (k,) int
+        write : writes into blocks, those numbered by a second argument, what the copies of a third one have
+        """
+        return np.zeros(which.size, dtype=bool)
+
     def sampled(self, which: Array, model: Any) -> dict[str, Any]:
         """States of copies at the start and now, in turn: `y`, `s` and `kept` of a solution of 2 k samples."""
         raise NotImplementedError

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,11 +12,12 @@ import numpy as np
 from evolvent.assembly import needs
 from evolvent.compiled.lane_types import WIDTH
 from evolvent.model import Model
-from evolvent.solvers.time.copies import GOES_ON, HAS_FAILED, STEPS, STOPPED_BY_EVENT, Copies
+from evolvent.solvers.time.copies import GOES_ON, HAS_FAILED, STEPS, STOPPED_BY_EVENT, TOGETHER, Copies
 from evolvent.solvers.time.explicit import events as ex, loop as explicit
 from evolvent.solvers.time.explicit.lanes import Lanes
 from evolvent.solvers.time.explicit.many_steps import advance_many, tableau_of
 from evolvent.solvers.time.explicit.run import ExplicitRun, loop_record
+from evolvent.solvers.time.explicit.stable_copies import StableCopies
 from evolvent.solvers.time.run import FINISHED
 
 Array = np.ndarray
@@ -34,6 +37,26 @@ class ExplicitCopies(Copies):
         self.codes, self._budgets = self._codes, np.zeros(count, dtype=np.int64)
         self._lanes = Lanes(self)
         self.side_by_side = 1 if self._lanes.why_alone else WIDTH
+
+    def keep_plan(self, which: Array, write: Callable[[Array, Array, Array], None]) -> Array:
+        """As of all copies: those in which the step that was asked for is stable."""
+        found = np.zeros(which.size, dtype=bool)
+        if not StableCopies.apply(self.run):
+            return found
+        stable, blocks = self._stable, self.memory.room(min(TOGETHER, which.size))
+        models = self.memory.addresses(blocks, "model")
+        views = [self.memory.views(block)["model"] for block in blocks]
+        for first in range(0, which.size, len(blocks)):
+            some = which[first : first + len(blocks)]
+            at = np.arange(some.size)
+            self.memory.fill(blocks, at)
+            write(blocks, at, some)
+            found[first : first + some.size] = stable.of(at, models, views.__getitem__)
+        return found
+
+    @functools.cached_property
+    def _stable(self) -> StableCopies:
+        return StableCopies(self.run)
 
     def sampled(self, which: Array, model: Model) -> dict[str, Any]:
         """As of all copies."""
