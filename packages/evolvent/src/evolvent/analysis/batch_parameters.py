@@ -16,6 +16,7 @@ from pydantic import ValidationError
 from evolvent.analysis import traced, variation
 from evolvent.analysis.start_motion import follows_masses
 from evolvent.analysis.storage import storage_of
+from evolvent.analysis.varied_numbers import Together, VariedNumbers, replaced
 from evolvent.assembly import needs
 from evolvent.assembly.variants import Change, Changes, Variants
 from evolvent.model.memory import take
@@ -73,6 +74,7 @@ class VariedRun:
     def __init__(self, system: Any, variants: Variants, run: MotionRun) -> None:
         self.system, self._variants, self.run = system, variants, run
         self._keys: dict[str, _Key] = {}
+        self.numbers = VariedNumbers(system, variants)
         self._lock = threading.Lock()
         self._scratch = run.model.copy()
         needs.note_alike(run.model, self._scratch)
@@ -213,6 +215,30 @@ class VariedRun:
         if start is None or start.tobytes() != self.run.assembly.y.tobytes():
             raise InputError("other values change the state at the start; use evolvent.simulate_many")
 
+    def together(self, points: Sequence[Mapping[str, Any]]) -> Together | None:
+        """What follows from points at once; None where it has to be found one by one."""
+        if self.run.assembly.directions is not None or storage_of(self.system.sections) is not None:
+            return None
+        if follows_masses(self.system.sections):
+            return None
+        with self._lock:
+            try:
+                return self.numbers.together(points, lambda point: self.changes(point)[0])
+            except InputError:  # of a point, which is then made by itself
+                return None
+
+    def derived(self, found: Together, k: int, scratch: Any) -> frozenset[str]:
+        """Write one of many points into a copy of the run's model, and what follows; returns the arrays of that."""
+        take(scratch, self.run.model)
+        for (array, field, row), own in found.fields.items():
+            of = getattr(scratch, array)
+            (of[field] if field else of)[row] = own[k]
+        return self._variants.derive(found.changes, scratch)
+
+    def has_derived(self, found: Together) -> bool:
+        """Whether more follows from points than the fields that they have."""
+        return self._variants.has_derived(found.changes)
+
     def written(self, changes: Changes, scratch: Any) -> frozenset[str]:
         """Write changes into a copy of the run's model; returns the arrays in which it may differ then."""
         take(scratch, self.run.model)
@@ -263,6 +289,7 @@ class BatchParameters:
         self._plain: dict[str, tuple[Place, ...]] = {}
         self._own: dict[tuple[str, str], Array] = {}
         self._fields: dict[Place, Array] = {}
+        self._rows: dict[Place, Array] = {}  # of keys that are looked at together, where others write none of their own
         self._parts: dict[int, Mapping[str, Any]] = {}
         self.planned = set[int]()
 
@@ -279,7 +306,9 @@ class BatchParameters:
             again |= {*known, *which.tolist()}
         again |= self.planned & {*which.tolist()}  # whose plan may follow from this one beside the others
         plain = {**self._plain, key: places} if places else {one: of for one, of in self._plain.items() if one != key}
-        found = {k: self._changes(k, self._others(new.get(k, self.values[k]), plain)) for k in sorted(again)}
+        points = {k: self._others(new.get(k, self.values[k]), plain) for k in sorted(again)}
+        at_once = self._varied.together([*points.values()])
+        found = {} if at_once else {k: self._changes(k, point)[0] for k, point in points.items()}
         for place in () if places else self._plain.get(key, ()):
             del self._fields[place]
         self._plain = plain
@@ -288,11 +317,13 @@ class BatchParameters:
             self._parts.pop(k, None)
         for place in places:
             self._field(place)[which] = given
-        follow = [k for k, (changes, _) in found.items() if self._take(k, changes)]
+        follow = [k for k, changes in found.items() if self._take(k, changes)]
+        if at_once:
+            follow += self._take_together([*points], at_once)
         for k, error in self._plan(follow).items():
             raise InputError(f"copy {k}: {error}")
         if self._varied.joined:
-            self._meet(sorted({*which.tolist()} - again))
+            self._meet(sorted({*which.tolist()} - {*found}))
 
     def assign(self, points: Sequence[Mapping[str, Any]]) -> dict[int, InputError]:
         """Give the first copies all of their own values; returns why some have none.
@@ -300,6 +331,7 @@ class BatchParameters:
         Copies have nothing else of their own afterwards.
         """
         self._plain, self._own, self._fields, self._parts, refused = {}, {}, {}, {}, dict[int, InputError]()
+        self._rows = {}
         self.planned.clear()
         self.values[: len(points)] = [dict(point) for point in points]
         for key in dict.fromkeys(key for point in points for key in point):
@@ -313,10 +345,17 @@ class BatchParameters:
                 self._plain[key] = places
                 self._field(place)[own] = given
         plain, follow = list[int](), list[int]()
+        others = {k: own for k, point in enumerate(points) if (own := self._others(point))}
+        at_once = self._varied.together([*others.values()])
+        if at_once:
+            follow += self._take_together([*others], at_once)
+            plain += [*others] if self._varied.joined else []
         for k, point in enumerate(points):
+            if at_once and k in others:
+                continue
             try:
-                if others := self._others(point):
-                    changes, self._parts[k] = self._varied.changes(others)
+                if k in others:
+                    changes, self._parts[k] = self._varied.changes(others[k])
                     if self._take(k, changes):
                         follow.append(k)
                 elif point and self._varied.joined:
@@ -336,7 +375,7 @@ class BatchParameters:
         own = self.values[k]
         others = self._others(own)
         if others and k not in self._parts:
-            self._parts[k] = self._varied.changes(others)[1]
+            self._parts[k] = self._varied.numbers.parts(others) or self._varied.changes(others)[1]
         numbers = {key: value for key, value in own.items() if key in self._plain}
         every = self._varied.run.assembly.parts | (dict(self._parts[k]) if others else {})
         return self._varied.with_numbers(numbers, every)
@@ -346,11 +385,12 @@ class BatchParameters:
         fields = self._plain if plain is None else plain
         return {key: value for key, value in values.items() if key not in fields}
 
-    def _field(self, place: Place) -> Array:
+    def _field(self, place: Place, of: dict[Place, Array] | None = None) -> Array:
         """Numbers of a field in all copies."""
-        if place not in self._fields:
-            self._fields[place] = np.full(self._copies.count, self._varied.nominal(place))
-        return self._fields[place]
+        fields = self._fields if of is None else of
+        if place not in fields:
+            fields[place] = np.repeat(np.asarray(self._varied.nominal(place))[None], self._copies.count, axis=0)
+        return fields[place]
 
     def write(self, which: Array) -> None:
         """Write what is their own into the blocks of copies."""
@@ -361,7 +401,7 @@ class BatchParameters:
         memory = self._copies.memory
         for path, own in self._own.items():
             memory.values(blocks, *path)[at] = own[which]
-        for (array, field, row), own in self._fields.items():
+        for (array, field, row), own in (*self._rows.items(), *self._fields.items()):
             found = memory.values(blocks, "model", array)
             (found[field] if field else found)[at, row] = own[which]
 
@@ -387,6 +427,9 @@ class BatchParameters:
         touched = varied.written(changes, scratch)
         for name in touched:
             self._set("model", name, k, getattr(scratch, name))
+        for (array, field, row), own in self._rows.items():
+            one = getattr(scratch, array)
+            own[k] = (one[field] if field else one)[row]
         places = [(one.family, one.field, one.row) for one in changes.records]
         places += [("parameters", "", index) for index in changes.parameters]
         try:
@@ -399,6 +442,29 @@ class BatchParameters:
         self.planned.discard(k)
         self._keep_plan(k)
         return False
+
+    def _take_together(self, which: list[int], found: Together) -> list[int]:
+        """Take over what copies have of their own; returns those whose plan may follow from that (`_plan`)."""
+        varied, copies = self._varied, np.array(which)
+        for (struct, name), own in self._own.items():
+            if struct == "model":
+                own[copies] = getattr(varied.run.model, name)
+        for place, own in self._rows.items():
+            own[copies] = varied.nominal(place)
+        for place, values in found.fields.items():
+            self._field(place, self._rows)[copies] = values
+            varied.changed.setdefault(place, Change(place[0], place[2], place[1], values[0]))
+        touched = {array for array, _, _ in found.fields}
+        for k, number in enumerate(which) if varied.has_derived(found) else ():
+            for name in varied.derived(found, k, self._scratch):
+                self._set("model", name, number, getattr(self._scratch, name))
+                touched.add(name)
+        if varied.changes_plan(found.fields, touched):
+            return which
+        self.planned -= {*which}
+        for number in which:
+            self._keep_plan(number)
+        return []
 
     def _plan(self, which: Sequence[int]) -> dict[int, InputError]:
         """Find the plans of copies; returns why some have none."""
@@ -444,15 +510,16 @@ class BatchParameters:
 
     def _misfits(self, which: Sequence[int]) -> Sequence[int]:
         """Copies with numbers alone whose constraints the start may not meet, among some."""
-        varied, scratch, fields = self._varied, self._scratch, self._fields
+        varied, scratch, fields = self._varied, self._scratch, {**self._rows, **self._fields}
         if config.DISABLE_JIT or not which or any(own.itemsize != WORD for own in fields.values()):
             return which
         moves = np.array(scratch.moves(varied.run.model), dtype=np.int64).reshape(-1, 3)
         if np.any(moves[:, 2] % WORD):
             return which
         moves[:, 2] //= WORD
-        places = np.array([_address(scratch, place) for place in fields], dtype=np.int64)
-        numbers = np.ascontiguousarray(np.array([own.view(float) for own in fields.values()]).T)
+        places = np.concatenate([_addresses(scratch, place) for place in fields])
+        columns = [own.reshape(len(own), -1).view(float) for own in fields.values()]
+        numbers = np.ascontiguousarray(np.concatenate(columns, axis=1))
         chosen, codes = np.array(which), np.zeros(self._copies.count, dtype=np.int64)
         assembly, t = varied.run.assembly, float(varied.run.plan.times[0])
         needs.load(scratch, misfit_many)
@@ -461,7 +528,7 @@ class BatchParameters:
 
     def _write_numbers(self, k: int) -> None:
         """Write the numbers of a copy that stand in fields as they are given into the scratch."""
-        for (array, field, row), own in self._fields.items():
+        for (array, field, row), own in (*self._rows.items(), *self._fields.items()):
             found = getattr(self._scratch, array)
             (found[field] if field else found)[row] = own[k]
 
@@ -473,11 +540,12 @@ class BatchParameters:
         self._own[struct, name][k] = value
 
 
-def _address(model: Any, place: Place) -> int:
-    """Address of the number at a place of a model."""
+def _addresses(model: Any, place: Place) -> Array:
+    """Addresses of the numbers at a place of a model, (m,) int."""
     array, field, row = place
     found = getattr(model, array)
-    return int(np.asarray(found[field] if field else found)[row : row + 1].ctypes.data)
+    own = np.asarray(found[field] if field else found)[row : row + 1]
+    return own.ctypes.data + WORD * np.arange(own.size)
 
 
 def _listed(values: Any, count: int) -> list[Any]:

@@ -21,6 +21,7 @@ from evolvent.compiled.pointer import zeros_record
 from evolvent.equations.implicit import add_weight
 from evolvent.kernels import ancf, markers, rigid
 from evolvent.model.registry import asked, constraining, families, is_by_rates, watched
+from evolvent_base.columns import Column
 from evolvent_base.dense import product
 from evolvent_base.errors import InputError, nearest
 
@@ -105,7 +106,7 @@ class Builder:
         """Store parameters; returns the range of their indices."""
         first = len(self.values)
         try:
-            self.values.extend(float(x) for x in values)
+            self.values.extend(x if isinstance(x, Column) else float(x) for x in values)
         except (TypeError, ValueError):
             raise InputError(f"parameters is {values!r}; it must be a sequence of numbers") from None
         return first, len(self.values)

@@ -27,6 +27,7 @@ from evolvent.model import Model
 from evolvent.model.family import Family
 from evolvent.model.records import OWN_RECORDS
 from evolvent.model.registry import constraining, families
+from evolvent_base.columns import has_columns, stacked
 from evolvent_base.errors import InputError
 
 #: Entries of a matrix beside its largest one that are round-off.
@@ -158,6 +159,27 @@ class Variants:
                 return None
         return found if _are_allowed(base, found) else None
 
+    def columns(self, gravity: Array, parts: Mapping[str, Any]) -> Changes | None:
+        """What differs where some parts hold columns of numbers: of all values; None where more does for one of them.
+
+        What the parts do with columns may raise `evolvent_base.columns.UndecidedError`.
+        """
+        base = self._base
+        if base is None or not np.array_equal(gravity, base.gravity):
+            return None
+        found = Changes([], {})
+        for name, part in parts.items():
+            old = base.assembly.parts[name]
+            if not _refer_alike(part, old) or not _add_changes(base, name, part, found.records, found.parameters):
+                return None
+        return found if _are_allowed(base, found) else None
+
+    def nominal(self, family: str, field: str, row: int) -> Any:
+        """The number at a place of the first system: family, field ("" of an array of numbers) and row."""
+        assert self._base is not None
+        found = getattr(self._base.assembly.model, family)
+        return (found[field] if field else found)[row]
+
     def holding(self, name: str, part: Any, value: object) -> frozenset[tuple[str, str, int]]:
         """Places at which a part writes an object that it holds: family, field and row, or "parameters", "", index.
 
@@ -180,6 +202,16 @@ class Variants:
         """Write changes into a model of the first system; returns the arrays in which it may differ then."""
         assert self._base is not None
         return _write(self._base, changes, model)
+
+    def derive(self, changes: Changes, model: Model) -> frozenset[str]:
+        """Write what follows from records that have changed into a model of the first system; returns the arrays."""
+        assert self._base is not None
+        return _derive(self._base, changes, model)
+
+    def has_derived(self, changes: Changes) -> bool:
+        """Whether more of a model follows from the records that changes are of (`derive`)."""
+        assert self._base is not None
+        return changes.gravity is not None or _has_inertial(self._base, changes)
 
     def assemble(self, gravity: Array, parts: Mapping[str, Any]) -> Assembly:
         """Assemble parts by name whole.
@@ -280,6 +312,12 @@ def _add_changes(base: _Base, name: str, part: Any, changes: list[Change], value
         if one != "values" and not _equal_lists(one, listed, old.lists[one]):
             return False
     mine, before_values = np.array(new.lists["values"]), np.array(old.lists["values"])
+    if has_columns(mine) and mine.shape == before_values.shape:
+        own = {k: one for k, one in enumerate(mine.tolist()) if has_columns(one) or one != before_values[k]}
+        if not all(_alike(one, float(before_values[k])) for k, one in own.items()):
+            return False
+        values.update({old.before.lists["values"] + k: one for k, one in own.items()})
+        return True
     if mine.shape != before_values.shape:
         return False
     at = np.flatnonzero(mine != before_values)
@@ -331,6 +369,8 @@ def _equal(a: Any, b: Any) -> bool:
         return a == b
     if a is b:
         return True
+    if has_columns(a):
+        return False
     if type(a) is type(b) is np.ndarray and a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes():
         return True
     return bool(np.array_equal(a, b))
@@ -345,6 +385,8 @@ def _alike(new: Any, old: Any) -> bool:
     """Whether values are zero, infinite and of a sign where others are; of a matrix but for round-off."""
     if isinstance(new, int | float) and isinstance(old, int | float):
         return math.isfinite(new) == math.isfinite(old) and _sign(new) == _sign(old)
+    if has_columns(new):
+        return _are_alike(stacked(new), np.asarray(old, dtype=float))
     if new is None or old is None or np.shape(new) != np.shape(old):
         return False
     if not np.array_equal(np.isfinite(new), np.isfinite(old)):
@@ -354,6 +396,22 @@ def _alike(new: Any, old: Any) -> bool:
     least = ROUND_OFF * max(np.abs(new).max(initial=0.0), np.abs(old).max(initial=0.0))
     differ = np.sign(new) != np.sign(old)
     return bool(np.all(np.abs(new)[differ] <= least) and np.all(np.abs(old)[differ] <= least))
+
+
+def _are_alike(stack: Array, old: Array) -> bool:
+    """Whether each of a stack of values (n, ...) is like those of another one, as of `_alike`."""
+    if stack.shape[1:] != old.shape or not np.all(np.isfinite(stack) == np.isfinite(old)):
+        return False
+    differ = np.sign(stack) != np.sign(old)
+    if old.ndim < 2:
+        return not np.any(differ)
+    if not np.any(differ):
+        return True
+    axes = tuple(range(1, stack.ndim))
+    least = ROUND_OFF * np.maximum(np.abs(stack).max(axis=axes, initial=0.0), np.abs(old).max(initial=0.0))
+    least = np.broadcast_to(least.reshape(-1, *np.ones(old.ndim, dtype=int)), stack.shape)
+    small = (np.abs(stack) <= least) & (np.abs(old) <= least)
+    return bool(np.all(small[differ]))
 
 
 def _equal_lists(name: str, new: list[Any], old: list[Any]) -> bool:
@@ -390,6 +448,12 @@ def _write(base: _Base, changes: Changes, model: Model) -> frozenset[str]:
         getattr(model, change.family)[change.field][change.row] = change.value
     for index, value in changes.parameters.items():
         model.parameters[index] = value
+    return frozenset(touched) | _derive(base, changes, model)
+
+
+def _derive(base: _Base, changes: Changes, model: Model) -> frozenset[str]:
+    """Write what follows from the records of a model that have changed; returns the arrays in which that stands."""
+    touched = set[str]()
     if _has_inertial(base, changes):
         touched.add("blocks")
         for name in {change.family for change in changes.records}:
