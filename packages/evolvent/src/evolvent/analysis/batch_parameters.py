@@ -6,7 +6,7 @@ import dataclasses
 import functools
 import math
 import threading
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,9 +22,10 @@ from evolvent.assembly.variants import Change, Changes, Variants
 from evolvent.model.memory import take
 from evolvent.solvers.common.coordinates import with_positions
 from evolvent.solvers.common.start import check_start, misfits
-from evolvent.solvers.time.copies import Copies
+from evolvent.solvers.time.copies import TOGETHER, Copies
 from evolvent.solvers.time.implicit.many_steps import misfit_many
 from evolvent.solvers.time.run import MotionRun
+from evolvent_base.columns import UndecidedError, stacked
 from evolvent_base.errors import InputError
 
 Array = np.ndarray
@@ -227,13 +228,29 @@ class VariedRun:
             except InputError:  # of a point, which is then made by itself
                 return None
 
-    def derived(self, found: Together, k: int, scratch: Any) -> frozenset[str]:
-        """Write one of many points into a copy of the run's model, and what follows; returns the arrays of that."""
-        take(scratch, self.run.model)
-        for (array, field, row), own in found.fields.items():
-            of = getattr(scratch, array)
-            (of[field] if field else of)[row] = own[k]
-        return self._variants.derive(found.changes, scratch)
+    def inertias(self, found: Together) -> dict[Place, Array] | None:
+        """Inertia of blocks that follows from points, (n, 3) each; None where it has to be found one by one."""
+        try:
+            count = len(next(iter(found.fields.values())))
+            own = {k: stacked(one, count) for k, one in self._variants.inertias(found.changes).items()}
+        except (Exception, UndecidedError):  # noqa: BLE001  (whatever a family does with what is no number)
+            return None
+        for k in (0, -1):
+            take(self._scratch, self.run.model)
+            for (array, field, row), values in found.fields.items():
+                of = getattr(self._scratch, array)
+                (of[field] if field else of)[row] = values[k]
+            self._variants.derive(found.changes, self._scratch)
+            expected = self.run.model.blocks["inertia"].copy()
+            for row, values in own.items():
+                expected[row] = values[k]
+            if expected.tobytes() != np.ascontiguousarray(self._scratch.blocks["inertia"]).tobytes():
+                return None
+        return {("blocks", "inertia", row): values for row, values in own.items()}
+
+    def derive(self, found: Together, model: Any, *, inertia: bool) -> frozenset[str]:
+        """Write what follows from one of many points into a model that has its fields; returns the arrays of that."""
+        return self._variants.derive(found.changes, model, inertia=inertia)
 
     def has_derived(self, found: Together) -> bool:
         """Whether more follows from points than the fields that they have."""
@@ -455,10 +472,15 @@ class BatchParameters:
             self._field(place, self._rows)[copies] = values
             varied.changed.setdefault(place, Change(place[0], place[2], place[1], values[0]))
         touched = {array for array, _, _ in found.fields}
-        for k, number in enumerate(which) if varied.has_derived(found) else ():
-            for name in varied.derived(found, k, self._scratch):
-                self._set("model", name, number, getattr(self._scratch, name))
-                touched.add(name)
+        if varied.has_derived(found):
+            inertias = varied.inertias(found)
+            for place, values in ({} if inertias is None else inertias).items():
+                self._field(place, self._rows)[copies] = values
+                touched.add(place[0])
+            for k, model in self._models(copies):
+                for name in varied.derive(found, model, inertia=inertias is None):
+                    self._set("model", name, k, getattr(model, name))
+                    touched.add(name)
         if varied.changes_plan(found.fields, touched):
             return which
         self.planned -= {*which}
@@ -473,17 +495,11 @@ class BatchParameters:
             return refused
         kept = self._copies.keep_plan(np.array(which), self._write_to)
         self.planned |= {*which}
-        for k, is_kept in zip(which, kept.tolist(), strict=True):
-            if is_kept:
-                self._keep_plan(k)
-                continue
-            take(self._scratch, self._varied.run.model)
-            for (struct, name), own in self._own.items():
-                if struct == "model":
-                    getattr(self._scratch, name)[...] = own[k]
-            self._write_numbers(k)
+        for k in np.array(which)[kept].tolist():
+            self._keep_plan(k)
+        for k, model in self._models(np.array(which)[~kept]):
             try:
-                found = self._varied.plan(self._scratch)
+                found = self._varied.plan(model)
             except InputError as error:
                 refused[k] = error
                 continue
@@ -491,6 +507,20 @@ class BatchParameters:
                 if ("work", name) in self._copies.memory.places:
                     self._set("work", name, k, value)
         return refused
+
+    def _models(self, which: Array) -> Iterator[tuple[int, Any]]:
+        """Copies and their models with what is their own, which are written to again after some."""
+        copies, size = self._copies, min(TOGETHER, which.size)
+        blocks = copies.memory.room(size)
+        views = [copies.memory.views(block)["model"] for block in blocks]
+        for view in views:
+            needs.note_alike(self._varied.run.model, view)
+        for first in range(0, which.size, max(size, 1)):
+            some = which[first : first + size]
+            at = np.arange(some.size)
+            copies.memory.fill(blocks, at)
+            self._write_to(blocks, at, some)
+            yield from zip(some.tolist(), views[: some.size], strict=True)
 
     def _keep_plan(self, k: int) -> None:
         """Let a copy have the plan of the run, whatever it had before."""

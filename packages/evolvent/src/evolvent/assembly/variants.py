@@ -18,7 +18,7 @@ import numpy as np
 
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Array, Assembly
-from evolvent.assembly.blocks import is_of, note_inertia, owners
+from evolvent.assembly.blocks import inertias_of, is_of, note_inertia, owners
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.constraints import note_masses
 from evolvent.assembly.order import in_order
@@ -203,10 +203,29 @@ class Variants:
         assert self._base is not None
         return _write(self._base, changes, model)
 
-    def derive(self, changes: Changes, model: Model) -> frozenset[str]:
-        """Write what follows from records that have changed into a model of the first system; returns the arrays."""
+    def derive(self, changes: Changes, model: Model, *, inertia: bool = True) -> frozenset[str]:
+        """Write what follows from records that have changed into a model of the first system; returns the arrays.
+
+        Parameters
+        ----------
+        inertia : whether the inertia of its blocks follows as well, or is written already (`inertias`)
+        """
         assert self._base is not None
-        return _derive(self._base, changes, model)
+        return _derive(self._base, changes, model, inertia=inertia)
+
+    def inertias(self, changes: Changes) -> dict[int, Any]:
+        """Inertia of blocks, (3,) by their number, that follows where changes are columns of numbers.
+
+        What the families do with columns may raise `evolvent_base.columns.UndecidedError`.
+        """
+        assert self._base is not None
+        model, found = self._base.assembly.model, dict[int, Any]()
+        changed: dict[str, dict[int, dict[str, Any]]] = {}
+        for one in changes.records:
+            changed.setdefault(one.family, {}).setdefault(one.row, {})[one.field] = one.value
+        for family, rows in changed.items():
+            found |= inertias_of(family, rows, model)
+        return found
 
     def has_derived(self, changes: Changes) -> bool:
         """Whether more of a model follows from the records that changes are of (`derive`)."""
@@ -451,12 +470,12 @@ def _write(base: _Base, changes: Changes, model: Model) -> frozenset[str]:
     return frozenset(touched) | _derive(base, changes, model)
 
 
-def _derive(base: _Base, changes: Changes, model: Model) -> frozenset[str]:
+def _derive(base: _Base, changes: Changes, model: Model, *, inertia: bool = True) -> frozenset[str]:
     """Write what follows from the records of a model that have changed; returns the arrays in which that stands."""
     touched = set[str]()
     if _has_inertial(base, changes):
-        touched.add("blocks")
-        for name in {change.family for change in changes.records}:
+        touched |= {"blocks"} if inertia else set()
+        for name in {change.family for change in changes.records} if inertia else ():
             note_inertia(name, {change.row for change in changes.records if change.family == name}, model)
         if np.any(model.row_sides["point"] >= 0):
             touched |= {"row_sides", "row_pairs"}

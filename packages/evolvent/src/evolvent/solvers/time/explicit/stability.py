@@ -58,7 +58,10 @@ def bounds_of_families(assembly: Assembly) -> list[tuple[float, float, str, int]
     best: list[tuple[float, float, str, int]] = [(0.0, 0.0, "", 0)]
     for name, bound in asked("stability.bound").items():
         best += [(square, rate, name, k) for k, square, rate in bound(model, y, felt)]
-    moved = [(name, k) for name, one in own.items() for k in np.flatnonzero(one.which(getattr(model, name))).tolist()]
+    moved = list[tuple[str, int]]()
+    for name, one in own.items():  # what feels nothing has no bound
+        feels = np.any(felt[name], axis=(0, 2, 3)) & one.which(getattr(model, name))
+        moved += [(name, k) for k in np.flatnonzero(feels).tolist()]
     values = _largest([own[name].answer(model, k, felt[name][:, k]) for name, k in moved])
     return best + [(*both, *at) for both, at in zip(values, moved, strict=True)]
 
