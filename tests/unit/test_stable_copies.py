@@ -9,10 +9,10 @@ import pytest
 from numba import config
 
 from evolvent import System, elements, parts
-from evolvent.solvers.time.explicit import copies as explicit
 from evolvent.solvers.time.explicit.methods import METHODS
 from evolvent.solvers.time.explicit.plan import choose_step
 from evolvent.solvers.time.explicit.stability import amplification, stability_polynomial, stable_radius
+from evolvent.solvers.time.explicit.stable_copies import StableCopies
 from evolvent_base.errors import InputError
 
 COMPILED = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="bounds are found by compiled functions")
@@ -56,7 +56,7 @@ def test_a_bound_is_no_less_than_the_highest_frequency(build: Any, key: str, val
             break
         found = dict[int, Any]()
         parameters, copies = batch._parameters, batch._copies
-        assert explicit.StableCopies.apply(copies.run)
+        assert StableCopies.apply(copies.run)
         try:
             batch.expand(key, value * factors)
         except InputError as error:

@@ -123,8 +123,8 @@ class Column:
 
 
 #: What else could be done with a number.
-_OTHERS = "floordiv mod divmod and or xor lshift rshift matmul rpow rfloordiv rmod rdivmod float int complex index round"
-for _name in f"{_OTHERS} trunc floor ceil str repr format copy deepcopy".split():
+_OTHERS = "floordiv mod divmod and or xor lshift rshift matmul rpow rfloordiv rmod rdivmod float int complex index"
+for _name in f"{_OTHERS} round trunc floor ceil str repr format copy deepcopy".split():
     setattr(Column, f"__{_name}__", undecided)
 
 
@@ -147,7 +147,9 @@ def has_columns(value: Any) -> bool:
     """Whether something is a column, or an array or list with columns."""
     if isinstance(value, list | tuple):
         return any(has_columns(one) for one in value)
-    return isinstance(value, Column) or (isinstance(value, np.ndarray) and value.dtype == object)
+    if isinstance(value, np.ndarray):
+        return value.dtype == object and any(isinstance(one, Column) for one in value.ravel().tolist())
+    return isinstance(value, Column)
 
 
 def stacked(value: Any, count: int | None = None) -> Array:

@@ -46,7 +46,7 @@ class Builder:
         self.q: list[float] = []
         self.v: list[float] = []
         self.released: list[int] = []
-        self.values: list[float] = []
+        self.values: list[Any] = []
         self.breaks: set[float] = set()
         self.laws: dict[int, Any] = {}
         self.expressions: dict[int, tuple[Any, str]] = {}
@@ -102,7 +102,7 @@ class Builder:
         self.v.extend(float(x) for x in v)
         return at
 
-    def parameters(self, values: Sequence[float]) -> tuple[int, int]:
+    def parameters(self, values: Sequence[Any]) -> tuple[int, int]:
         """Store parameters; returns the range of their indices."""
         first = len(self.values)
         try:

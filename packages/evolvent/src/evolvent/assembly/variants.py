@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from evolvent.assembly import needs
+from evolvent.assembly.alike import alike, different, equal_lists
 from evolvent.assembly.assembled import Array, Assembly
 from evolvent.assembly.blocks import inertias_of, is_of, note_inertia, owners
 from evolvent.assembly.builder import Builder
@@ -27,11 +27,9 @@ from evolvent.model import Model
 from evolvent.model.family import Family
 from evolvent.model.records import OWN_RECORDS
 from evolvent.model.registry import constraining, families
-from evolvent_base.columns import has_columns, stacked
+from evolvent_base.columns import has_columns
 from evolvent_base.errors import InputError
 
-#: Entries of a matrix beside its largest one that are round-off.
-ROUND_OFF = 1e-14
 #: Lists of a builder that parts append to, beside its rows.
 _LISTS = ("q", "v", "released", "values", "velocity_parameters", "poses", "row_parts", "at_end")
 #: Mappings and sets that parts add to.
@@ -148,7 +146,7 @@ class Variants:
     def changes(self, gravity: Array, parts: Mapping[str, Any]) -> Changes | None:
         """What differs from the first system in records and parameters; None where more does, or there is no first."""
         base = self._base
-        if base is None or list(parts) != base.listed or not _alike(gravity, base.gravity):
+        if base is None or list(parts) != base.listed or not alike(gravity, base.gravity):
             return None
         found = Changes([], {}, None if np.array_equal(gravity, base.gravity) else gravity)
         for name, part in parts.items():
@@ -323,24 +321,24 @@ def _add_changes(base: _Base, name: str, part: Any, changes: list[Change], value
         if len(rows) != len(old.rows[of]):
             return False
         for k, (row, before) in enumerate(zip(rows, old.rows[of], strict=True)):
-            for field in _different(row, before):
-                if field not in (own_fields[of] or ()) or not _alike(row.get(field), before.get(field)):
+            for field in different(row, before):
+                if field not in (own_fields[of] or ()) or not alike(row.get(field), before.get(field)):
                     return False
                 changes.append(Change(of, old.before.rows[of] + k, field, row[field]))
     for one, listed in new.lists.items():
-        if one != "values" and not _equal_lists(one, listed, old.lists[one]):
+        if one != "values" and not equal_lists(one, listed, old.lists[one]):
             return False
     mine, before_values = np.array(new.lists["values"]), np.array(old.lists["values"])
     if has_columns(mine) and mine.shape == before_values.shape:
-        own = {k: one for k, one in enumerate(mine.tolist()) if has_columns(one) or one != before_values[k]}
-        if not all(_alike(one, float(before_values[k])) for k, one in own.items()):
+        others = {k: one for k, one in enumerate(mine.tolist()) if has_columns(one) or one != before_values[k]}
+        if not all(alike(one, float(before_values[k])) for k, one in others.items()):
             return False
-        values.update({old.before.lists["values"] + k: one for k, one in own.items()})
+        values.update({old.before.lists["values"] + k: one for k, one in others.items()})
         return True
     if mine.shape != before_values.shape:
         return False
     at = np.flatnonzero(mine != before_values)
-    if not _alike(mine[at], before_values[at]):
+    if not alike(mine[at], before_values[at]):
         return False
     values.update({old.before.lists["values"] + int(k): float(mine[k]) for k in at})
     return True
@@ -373,73 +371,6 @@ def _has_inertia(change: Change, blocks: Array) -> bool:
         return False
     own = blocks[is_of(blocks, change.family) & (blocks["owner"] == change.row)]
     return not own.size or bool(np.any(own["inertia"] != 0.0))
-
-
-def _different(row: Mapping[str, Any], before: Mapping[str, Any]) -> Iterator[str]:
-    """Fields of a row that are not those of another."""
-    for field in row if row.keys() == before.keys() else row.keys() | before.keys():
-        if field not in row or field not in before or not _equal(row[field], before[field]):
-            yield field
-
-
-def _equal(a: Any, b: Any) -> bool:
-    """Whether two values of a field are equal."""
-    if isinstance(a, int | float) and isinstance(b, int | float):
-        return a == b
-    if a is b:
-        return True
-    if has_columns(a):
-        return False
-    if type(a) is type(b) is np.ndarray and a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes():
-        return True
-    return bool(np.array_equal(a, b))
-
-
-def _sign(value: float) -> float:
-    """Sign of a number; NaN of none, which is unlike any."""
-    return math.nan if math.isnan(value) else int(value > 0.0) - int(value < 0.0)
-
-
-def _alike(new: Any, old: Any) -> bool:
-    """Whether values are zero, infinite and of a sign where others are; of a matrix but for round-off."""
-    if isinstance(new, int | float) and isinstance(old, int | float):
-        return math.isfinite(new) == math.isfinite(old) and _sign(new) == _sign(old)
-    if has_columns(new):
-        return _are_alike(stacked(new), np.asarray(old, dtype=float))
-    if new is None or old is None or np.shape(new) != np.shape(old):
-        return False
-    if not np.array_equal(np.isfinite(new), np.isfinite(old)):
-        return False
-    if np.ndim(new) < 2:
-        return bool(np.array_equal(np.sign(new), np.sign(old)))
-    least = ROUND_OFF * max(np.abs(new).max(initial=0.0), np.abs(old).max(initial=0.0))
-    differ = np.sign(new) != np.sign(old)
-    return bool(np.all(np.abs(new)[differ] <= least) and np.all(np.abs(old)[differ] <= least))
-
-
-def _are_alike(stack: Array, old: Array) -> bool:
-    """Whether each of a stack of values (n, ...) is like those of another one, as of `_alike`."""
-    if stack.shape[1:] != old.shape or not np.all(np.isfinite(stack) == np.isfinite(old)):
-        return False
-    differ = np.sign(stack) != np.sign(old)
-    if old.ndim < 2:
-        return not np.any(differ)
-    if not np.any(differ):
-        return True
-    axes = tuple(range(1, stack.ndim))
-    least = ROUND_OFF * np.maximum(np.abs(stack).max(axis=axes, initial=0.0), np.abs(old).max(initial=0.0))
-    least = np.broadcast_to(least.reshape(-1, *np.ones(old.ndim, dtype=int)), stack.shape)
-    small = (np.abs(stack) <= least) & (np.abs(old) <= least)
-    return bool(np.all(small[differ]))
-
-
-def _equal_lists(name: str, new: list[Any], old: list[Any]) -> bool:
-    if len(new) != len(old):
-        return False
-    if name == "poses":
-        pairs = (pair for one, other in zip(new, old, strict=True) for pair in zip(one, other, strict=True))
-        return all(np.array_equal(a, b) for a, b in pairs)
-    return bool(new == old)
 
 
 def _has_inertial(base: _Base, changes: Changes) -> bool:

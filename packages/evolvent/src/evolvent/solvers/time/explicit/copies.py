@@ -46,6 +46,8 @@ class ExplicitCopies(Copies):
         stable, blocks = self._stable, self.memory.room(min(TOGETHER, which.size))
         models = self.memory.addresses(blocks, "model")
         views = [self.memory.views(block)["model"] for block in blocks]
+        for view in views:
+            needs.note_alike(self.run.model, view)
         for first in range(0, which.size, len(blocks)):
             some = which[first : first + len(blocks)]
             at = np.arange(some.size)
