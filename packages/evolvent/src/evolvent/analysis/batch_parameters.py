@@ -14,7 +14,7 @@ from evolvent.assembly import needs
 from evolvent.assembly.variants import Change, Changes
 from evolvent.model.memory import take
 from evolvent.solvers.common.start import misfits
-from evolvent.solvers.time.copies import TOGETHER, Copies
+from evolvent.solvers.time.copies import Copies
 from evolvent.solvers.time.implicit.many_steps import misfit_many
 from evolvent_base.errors import InputError
 
@@ -247,17 +247,8 @@ class BatchParameters:
 
     def _models(self, which: Array) -> Iterator[tuple[int, Any]]:
         """Copies and their models with what is their own, which are written to again after some."""
-        copies, size = self._copies, min(TOGETHER, which.size)
-        blocks = copies.memory.room(size)
-        views = [copies.memory.views(block)["model"] for block in blocks]
-        for view in views:
-            needs.note_alike(self._varied.run.model, view)
-        for first in range(0, which.size, max(size, 1)):
-            some = which[first : first + size]
-            at = np.arange(some.size)
-            copies.memory.fill(blocks, at)
-            self._write_to(blocks, at, some)
-            yield from zip(some.tolist(), views[: some.size], strict=True)
+        for some, _, models in self._copies.models_apart(which, self._write_to):
+            yield from zip(some.tolist(), models, strict=True)
 
     def _keep_plan(self, k: int) -> None:
         """Let a copy have the plan of the run, whatever it had before."""

@@ -12,7 +12,7 @@ import numpy as np
 from evolvent.assembly import needs
 from evolvent.compiled.lane_types import WIDTH
 from evolvent.model import Model
-from evolvent.solvers.time.copies import GOES_ON, HAS_FAILED, STEPS, STOPPED_BY_EVENT, TOGETHER, Copies
+from evolvent.solvers.time.copies import GOES_ON, HAS_FAILED, STEPS, STOPPED_BY_EVENT, Copies
 from evolvent.solvers.time.explicit import events as ex, loop as explicit
 from evolvent.solvers.time.explicit.lanes import Lanes
 from evolvent.solvers.time.explicit.many_steps import advance_many, tableau_of
@@ -40,21 +40,13 @@ class ExplicitCopies(Copies):
 
     def keep_plan(self, which: Array, write: Callable[[Array, Array, Array], None]) -> Array:
         """As of all copies: those in which the step that was asked for is stable."""
-        found = np.zeros(which.size, dtype=bool)
         if not StableCopies.apply(self.run):
-            return found
-        stable, blocks = self._stable, self.memory.room(min(TOGETHER, which.size))
-        models = self.memory.addresses(blocks, "model")
-        views = [self.memory.views(block)["model"] for block in blocks]
-        for view in views:
-            needs.note_alike(self.run.model, view)
-        for first in range(0, which.size, len(blocks)):
-            some = which[first : first + len(blocks)]
-            at = np.arange(some.size)
-            self.memory.fill(blocks, at)
-            write(blocks, at, some)
-            found[first : first + some.size] = stable.of(at, models, views.__getitem__)
-        return found
+            return super().keep_plan(which, write)
+        found = [
+            self._stable.of(np.arange(some.size), addresses, models)
+            for some, addresses, models in self.models_apart(which, write)
+        ]
+        return np.concatenate([*found, np.zeros(0, dtype=bool)])
 
     @functools.cached_property
     def _stable(self) -> StableCopies:

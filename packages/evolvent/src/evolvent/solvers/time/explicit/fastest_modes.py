@@ -145,11 +145,16 @@ def _has_no_bound(block: np.record) -> bool:
     return families()[owner_of(block)[0]].stability.bound is None
 
 
+def touches(model: Model) -> bool:
+    """Whether contacts count whose stiffness is added to that of the rates."""
+    return bool(model.contact_surfaces.size)
+
+
 def _contact_products(assembly: Assembly) -> Callable[[int, np.ndarray], np.ndarray]:
     """M^-1 times the stiffness (0) or damping (1) of all contact points, held across the beam, times a vector."""
     model, y = assembly.model, assembly.y
     n_q, n_v = int(model.info.nq), int(model.info.nv)
-    if not model.contact_surfaces.size:
+    if not touches(model):
         return lambda what, x: np.zeros_like(x)
     contacts = model.contact_points
     columns = contacts["iv"][:, None, :] - n_q + np.arange(3)[None, :, None]  # check, component, vector

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from numba import config
 
 from evolvent.assembly import needs
 from evolvent.model.registry import asked, is_by_rates
-from evolvent.solvers.time.explicit.fastest_modes import displaceable
+from evolvent.solvers.time.explicit.fastest_modes import displaceable, touches
 from evolvent.solvers.time.explicit.many_steps import bound_many
 from evolvent.solvers.time.explicit.methods import METHODS
 from evolvent.solvers.time.explicit.stability import bounds_of_families, stable_radius
@@ -66,32 +67,32 @@ class StableCopies:
     def apply(run: Any) -> bool:
         """Whether bounds can be found of the copies of a run."""
         model, plan = run.model, run.plan
-        alone = config.DISABLE_JIT or plan.step is None or plan.asked is None or model.contact_surfaces.size
+        alone = config.DISABLE_JIT or plan.step is None or plan.asked is None or touches(model)
         return not (alone or run.assembly.laws or run.assembly.expressions)
 
-    def of(self, which: Array, models: Array, views: Any) -> Array:
+    def of(self, which: Array, addresses: Array, models: Sequence[Any]) -> Array:
         """Which of some copies surely have a stable step, (k,) bool.
 
         Parameters
         ----------
         which : (k,) int
-        models : (n,) int, addresses of the models of all copies, which are written to
-        views : function of the number of a copy, its model
+        addresses : (n,) int, of the models of all copies
+        models : these, which are written to
         """
-        codes = np.ones(len(models), dtype=np.int64)
+        codes = np.ones(len(addresses), dtype=np.int64)
         if self._bounded:
             for k in which.tolist():
-                found = bounds_of_families(dataclasses.replace(self.run.assembly, model=views(k), shared=None))
+                found = bounds_of_families(dataclasses.replace(self.run.assembly, model=models[k], shared=None))
                 codes[k] = max(max(math.sqrt(square), rate) for square, rate, *_ in found) <= self.most
         left = which[codes[which] != 0]
         if self.by_rates and left.size:
             for stiffen in self._stiffen:
                 for k in left.tolist():
-                    stiffen(views(k))
+                    stiffen(models[k])
             assembly = self.run.assembly
             needs.load(self.run.model, bound_many)
             y, s = assembly.y.copy(), assembly.s.copy()
             rates, states = np.zeros((3, self._start.size)), np.zeros((2, y.size))
             moves, scale, start = self._moves, self._scale, self._start
-            bound_many(left, models, y, s, moves, scale, start, rates, states, self.most, codes)
+            bound_many(left, addresses, y, s, moves, scale, start, rates, states, self.most, codes)
         return np.asarray(codes[which] != 0)
