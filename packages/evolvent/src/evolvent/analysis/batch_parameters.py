@@ -205,10 +205,10 @@ class BatchParameters:
                 own[copies] = getattr(varied.run.model, name)
         for place, own in self._rows.items():
             own[copies] = varied.nominal(place)
-        for place, values in found.fields.items():
+        for place, values in found.numbers.items():
             self._field(place, self._rows)[copies] = values
             varied.changed.setdefault(place, Change(place[0], place[2], place[1], values[0]))
-        touched = {array for array, _, _ in found.fields}
+        touched = {array for array, _, _ in found.numbers}
         if varied.has_derived(found):
             inertias = varied.inertias(found)
             for place, values in ({} if inertias is None else inertias).items():
@@ -218,7 +218,7 @@ class BatchParameters:
                 for name in varied.derive(found, model, inertia=inertias is None):
                     self._set("model", name, k, getattr(model, name))
                     touched.add(name)
-        if varied.changes_plan(found.fields, touched):
+        if varied.changes_plan(found.numbers, touched):
             return which
         self.planned -= {*which}
         for number in which:

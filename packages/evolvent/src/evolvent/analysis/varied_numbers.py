@@ -27,11 +27,11 @@ class Together(NamedTuple):
     Attributes
     ----------
     changes : Changes, of the first of them
-    fields : mapping, array of the model, field ("" of an array of numbers) and row -> (n, ...) float
+    numbers : mapping, array of the model, field ("" of an array of numbers) and row -> (n, ...) float
     """
 
     changes: Changes
-    fields: dict[tuple[str, str, int], Array]
+    numbers: dict[tuple[str, str, int], Array]
 
 
 class VariedNumbers:

@@ -226,13 +226,13 @@ class VariedRun:
     def inertias(self, found: Together) -> dict[Place, Array] | None:
         """Inertia of blocks that follows from points, (n, 3) each; None where it has to be found one by one."""
         try:
-            count = len(next(iter(found.fields.values())))
+            count = len(next(iter(found.numbers.values())))
             own = {k: stacked(one, count) for k, one in self._variants.inertias(found.changes).items()}
         except (Exception, UndecidedError):  # noqa: BLE001  (whatever a family does with what is no number)
             return None
         for k in (0, -1):
             take(self._scratch, self.run.model)
-            for (array, field, row), values in found.fields.items():
+            for (array, field, row), values in found.numbers.items():
                 of = getattr(self._scratch, array)
                 (of[field] if field else of)[row] = values[k]
             self._variants.derive(found.changes, self._scratch)

@@ -88,7 +88,7 @@ class Copies:
         Yields
         ------
         some : (m,) int, copies
-        addresses : of their models, as of `Memory.addresses`; models : views of these, which may be written to
+        blocks : of which they have the first; models : views of theirs, which may be written to
         """
         size = min(TOGETHER, which.size)
         if self._apart is None or len(self._apart[0]) < size:
@@ -103,7 +103,7 @@ class Copies:
             at = np.arange(some.size)
             self.memory.fill(blocks, at)
             write(blocks, at, some)
-            yield some, self.memory.addresses(blocks, "model"), views[: some.size]
+            yield some, blocks, views[: some.size]
 
     def keep_plan(self, which: Array, write: Callable[[Array, Array, Array], None]) -> Array:
         """Whether copies with what is their own surely have the plan of the run, (k,) bool; none where that is unknown.

@@ -43,8 +43,8 @@ class ExplicitCopies(Copies):
         if not StableCopies.apply(self.run):
             return super().keep_plan(which, write)
         found = [
-            self._stable.of(np.arange(some.size), addresses, models)
-            for some, addresses, models in self.models_apart(which, write)
+            self._stable.of(np.arange(some.size), self.memory.addresses(blocks, "model"), models)
+            for some, blocks, models in self.models_apart(which, write)
         ]
         return np.concatenate([*found, np.zeros(0, dtype=bool)])
 
