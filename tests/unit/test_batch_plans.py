@@ -13,6 +13,7 @@ from evolvent.analysis import traced
 from evolvent.analysis.many_runs import ManyRuns
 from evolvent.assembly.builder import Builder
 from evolvent.solvers.time.implicit import plan
+from evolvent_base.columns import UndecidedError
 
 
 def arm(settings: dict[str, Any] | None = None, **given: Any) -> System:
@@ -145,7 +146,7 @@ def test_a_stand_in_of_numbers_answers_what_is_so_for_all_of_them() -> None:
     assert number
     assert number.without == {1.5, 0.0}
     for act in (lambda: number > 1.5, lambda: 2.0 * number, lambda: np.sqrt(number), lambda: float(number)):
-        with pytest.raises((traced.UndecidedError, TypeError)):
+        with pytest.raises((UndecidedError, TypeError)):
             act()
 
 

@@ -7,40 +7,71 @@ make of processor to the next. The constants of elements and the states from whi
 from __future__ import annotations
 
 import math
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
+
+from evolvent_base.columns import Column, columns_of, each, has_columns, stacked
 
 Array = np.ndarray
 
 
 def product(*factors: ArrayLike) -> Array:
-    """Product of matrices, the last of which may be a vector; (..., n, n) of a stack of them."""
+    """Product of matrices, the last of which may be a vector; (..., n, n) of a stack of them.
+
+    Where columns (`columns.Column`) are among their entries, it is an array of these.
+    """
+    if any(has_columns(factor) for factor in factors):
+        return _product_of_columns([np.asarray(factor) for factor in factors])
     found = np.asarray(factors[-1])
     for factor in reversed(factors[:-1]):
         found = np.einsum("...ij,j" if found.ndim == 1 else "...ij,...jk", np.asarray(factor), found)
     return found
 
 
+def _product_of_columns(factors: list[Array]) -> Array:
+    """Products of the same matrices one by one, whose entries are columns."""
+    is_vector, found = factors[-1].ndim == 1, factors[-1]
+    for factor in reversed(factors[:-1]):
+        count = next((stacked(one).shape[0] for one in (factor, found) if has_columns(one)), None)
+        if count is None:
+            found = product(factor, found)
+            continue
+        a, b = stacked(factor, count), stacked(found, count)
+        found = columns_of(np.einsum("...ij,...j" if is_vector else "...ij,...jk", a, b))
+    return found
+
+
 def dot(a: Array, b: Array) -> float:
-    """Inner product a . b of two real vectors."""
+    """Inner product a . b of two real vectors; a column of such where columns are among their entries."""
+    if has_columns(a) or has_columns(b):
+        count = len(stacked(a if has_columns(a) else b))
+        pairs = zip(stacked(a, count), stacked(b, count), strict=True)
+        return cast(float, Column(np.array([dot(*pair) for pair in pairs])))
     return float(np.einsum("i,i", a, b))
 
 
 def norm(a: Array) -> float:
     """Length |a| of a real vector."""
-    return math.sqrt(dot(a, a))
+    return cast(float, each(math.sqrt, dot(a, a)))
 
 
 def inverse(A: ArrayLike) -> Array:
-    """Inverse of a symmetric positive definite matrix, by Gauss and Jordan; without pivots, which it does not need."""
-    n = len(np.asarray(A))
-    rows = np.hstack([np.asarray(A), np.eye(n)])
+    """Inverse of a symmetric positive definite matrix, by Gauss and Jordan; without pivots, which it does not need.
+
+    (..., n, n) of a stack of them; with columns (`columns.Column`) among its entries it is an array of these.
+    """
+    if has_columns(A):
+        return columns_of(inverse(stacked(A)))
+    A = np.asarray(A)
+    n = A.shape[-1]
+    rows = np.concatenate([A, np.broadcast_to(np.eye(n), A.shape)], axis=-1)
     for k in range(n):
-        rows[k] /= rows[k, k]
+        rows[..., k, :] /= rows[..., k, k, None]
         others = np.arange(n) != k
-        rows[others] -= np.outer(rows[others, k], rows[k])
-    return rows[:, n:]
+        rows[..., others, :] -= rows[..., others, k, None] * rows[..., k, None, :]
+    return rows[..., n:]
 
 
 def modes(A: Array) -> tuple[Array, Array]:

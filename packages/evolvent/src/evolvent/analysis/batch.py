@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent.analysis import runs
-from evolvent.analysis.batch_parameters import BatchParameters, VariedRun
+from evolvent.analysis.batch_parameters import BatchParameters
 from evolvent.analysis.batch_results import BatchResults
 from evolvent.analysis.copied_runs import copies_of, prepared
 from evolvent.analysis.methods import choose_method
 from evolvent.analysis.settings import check_run, seconds, settings_of
 from evolvent.analysis.step_inputs import composed, listed, load_slices
+from evolvent.analysis.varied_run import VariedRun
 from evolvent.assembly import families
 from evolvent.assembly.variants import Variants
 from evolvent.parts.checks import positive

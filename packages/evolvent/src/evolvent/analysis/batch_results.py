@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.analysis.batch_parameters import BatchParameters, VariedRun
+from evolvent.analysis.batch_parameters import BatchParameters
 from evolvent.analysis.step_results import ResultAddress, StepResults
+from evolvent.analysis.varied_run import VariedRun
 from evolvent.assembly.variants import Change
 from evolvent.results.kept import follows_from_reactions, is_local
 from evolvent.results.observe import View, observe_part

@@ -13,13 +13,14 @@ import numpy as np
 import xarray as xr
 
 from evolvent.analysis import runs
-from evolvent.analysis.batch_parameters import BatchParameters, VariedRun
+from evolvent.analysis.batch_parameters import BatchParameters
 from evolvent.analysis.closure import check_energy_gain
 from evolvent.analysis.copied_runs import copies_of, prepared
 from evolvent.analysis.methods import choose_method
 from evolvent.analysis.settings import check_run, sample_times
 from evolvent.analysis.start_motion import follows_masses
 from evolvent.analysis.storage import storage_of
+from evolvent.analysis.varied_run import VariedRun
 from evolvent.assembly import families
 from evolvent.assembly.variants import Variants
 from evolvent.results.fine_samples import Times

@@ -8,17 +8,10 @@ from typing import Any, NoReturn
 import numpy as np
 
 from evolvent.model import Model
+from evolvent_base.columns import UndecidedError, undecided
 
 #: Array of a model, and field of its records ("" of all that the array has).
 Read = tuple[str, str]
-
-
-class UndecidedError(BaseException):
-    """More follows from a stand-in than it can tell; no `except Exception` takes another way for it."""
-
-
-def _undecided(*_: Any, **__: Any) -> NoReturn:
-    raise UndecidedError
 
 
 class AnyNumber:
@@ -74,7 +67,7 @@ class AnyNumber:
 _BINARY = "add sub mul truediv floordiv mod divmod pow and or xor lshift rshift matmul"
 _UNARY = "neg pos abs invert float int complex index round trunc floor ceil str repr format array copy deepcopy"
 for _name in f"{_BINARY} {_BINARY.replace(' ', ' r')} radd {_UNARY}".split():
-    setattr(AnyNumber, f"__{_name}__", _undecided)
+    setattr(AnyNumber, f"__{_name}__", undecided)
 
 
 class _Records:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import collections
 import functools
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from evolvent import model as mdl
 from evolvent.kernels.blocks import ANGLE, POSITION, RATE, ROTATION, SCALAR, SLOPE
-from evolvent.model.questions import Coordinates
+from evolvent.model.questions import Block, Coordinates
 from evolvent.model.registry import families
 
 Array = np.ndarray
@@ -63,6 +64,32 @@ def blocks_of(found: Mapping[str, Array], pools: Mapping[str, Any]) -> Array:
 
 def note_inertia(family: str, rows: set[int], model: mdl.Model) -> None:
     """Take over the inertia of records that have changed into the blocks of their coordinates."""
+    for k, block in _fresh(family, rows, lambda name: getattr(model, name), model):
+        model.blocks["inertia"][k, : _SIZES[block.kind]] = block.inertia
+
+
+def inertias_of(family: str, rows: Mapping[int, Mapping[str, Any]], model: mdl.Model) -> dict[int, Array]:
+    """Inertia of blocks, (3,) by their number, of records of which some have other fields, such as columns of numbers.
+
+    Parameters
+    ----------
+    rows : number of a record -> field -> what it has
+    """
+    own: list[Any] = [
+        collections.ChainMap(dict(rows[k]), {field: row[field] for field in row.dtype.names}) if k in rows else row
+        for k, row in enumerate(getattr(model, family))
+    ]
+    found = dict[int, Array]()
+    for k, block in _fresh(family, {*rows}, lambda name: own if name == family else getattr(model, name), model):
+        size = _SIZES[block.kind]
+        found[k] = np.concatenate([np.broadcast_to(np.asarray(block.inertia), size), np.zeros(3 - size)])
+    return found
+
+
+def _fresh(
+    family: str, rows: set[int], records: Callable[[str], Any], model: mdl.Model
+) -> Iterator[tuple[int, Block]]:  # fmt: skip
+    """Blocks of some records of a family as they follow from records, with their numbers among all."""
     if family not in owners():
         return
     pools, blocks = {"M": model.M}, model.blocks
@@ -70,8 +97,7 @@ def note_inertia(family: str, rows: set[int], model: mdl.Model) -> None:
     fresh = [
         block
         for coordinates in families()[family].state.unknowns
-        for block in coordinates.blocks(lambda name: getattr(model, name), pools)
+        for block in coordinates.blocks(records, pools)
         if block.owner in rows
     ]
-    for k, block in zip(own, fresh, strict=True):
-        blocks["inertia"][k, : _SIZES[block.kind]] = block.inertia
+    yield from zip(own.tolist(), fresh, strict=True)

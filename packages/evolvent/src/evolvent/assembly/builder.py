@@ -21,6 +21,7 @@ from evolvent.compiled.pointer import zeros_record
 from evolvent.equations.implicit import add_weight
 from evolvent.kernels import ancf, markers, rigid
 from evolvent.model.registry import asked, constraining, families, is_by_rates, watched
+from evolvent_base.columns import Column
 from evolvent_base.dense import product
 from evolvent_base.errors import InputError, nearest
 
@@ -45,7 +46,7 @@ class Builder:
         self.q: list[float] = []
         self.v: list[float] = []
         self.released: list[int] = []
-        self.values: list[float] = []
+        self.values: list[Any] = []
         self.breaks: set[float] = set()
         self.laws: dict[int, Any] = {}
         self.expressions: dict[int, tuple[Any, str]] = {}
@@ -101,11 +102,11 @@ class Builder:
         self.v.extend(float(x) for x in v)
         return at
 
-    def parameters(self, values: Sequence[float]) -> tuple[int, int]:
+    def parameters(self, values: Sequence[Any]) -> tuple[int, int]:
         """Store parameters; returns the range of their indices."""
         first = len(self.values)
         try:
-            self.values.extend(float(x) for x in values)
+            self.values.extend(x if isinstance(x, Column) else float(x) for x in values)
         except (TypeError, ValueError):
             raise InputError(f"parameters is {values!r}; it must be a sequence of numbers") from None
         return first, len(self.values)

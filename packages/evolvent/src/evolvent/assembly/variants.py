@@ -10,15 +10,15 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from evolvent.assembly import needs
+from evolvent.assembly.alike import alike, different, equal_lists
 from evolvent.assembly.assembled import Array, Assembly
-from evolvent.assembly.blocks import is_of, note_inertia, owners
+from evolvent.assembly.blocks import inertias_of, is_of, note_inertia, owners
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.constraints import note_masses
 from evolvent.assembly.order import in_order
@@ -27,10 +27,9 @@ from evolvent.model import Model
 from evolvent.model.family import Family
 from evolvent.model.records import OWN_RECORDS
 from evolvent.model.registry import constraining, families
+from evolvent_base.columns import has_columns
 from evolvent_base.errors import InputError
 
-#: Entries of a matrix beside its largest one that are round-off.
-ROUND_OFF = 1e-14
 #: Lists of a builder that parts append to, beside its rows.
 _LISTS = ("q", "v", "released", "values", "velocity_parameters", "poses", "row_parts", "at_end")
 #: Mappings and sets that parts add to.
@@ -147,7 +146,7 @@ class Variants:
     def changes(self, gravity: Array, parts: Mapping[str, Any]) -> Changes | None:
         """What differs from the first system in records and parameters; None where more does, or there is no first."""
         base = self._base
-        if base is None or list(parts) != base.listed or not _alike(gravity, base.gravity):
+        if base is None or list(parts) != base.listed or not alike(gravity, base.gravity):
             return None
         found = Changes([], {}, None if np.array_equal(gravity, base.gravity) else gravity)
         for name, part in parts.items():
@@ -157,6 +156,27 @@ class Variants:
             if not _refer_alike(part, old) or not _add_changes(base, name, part, found.records, found.parameters):
                 return None
         return found if _are_allowed(base, found) else None
+
+    def columns(self, gravity: Array, parts: Mapping[str, Any]) -> Changes | None:
+        """What differs where some parts hold columns of numbers: of all values; None where more does for one of them.
+
+        What the parts do with columns may raise `evolvent_base.columns.UndecidedError`.
+        """
+        base = self._base
+        if base is None or not np.array_equal(gravity, base.gravity):
+            return None
+        found = Changes([], {})
+        for name, part in parts.items():
+            old = base.assembly.parts[name]
+            if not _refer_alike(part, old) or not _add_changes(base, name, part, found.records, found.parameters):
+                return None
+        return found if _are_allowed(base, found) else None
+
+    def nominal(self, family: str, field: str, row: int) -> Any:
+        """The number at a place of the first system: family, field ("" of an array of numbers) and row."""
+        assert self._base is not None
+        found = getattr(self._base.assembly.model, family)
+        return (found[field] if field else found)[row]
 
     def holding(self, name: str, part: Any, value: object) -> frozenset[tuple[str, str, int]]:
         """Places at which a part writes an object that it holds: family, field and row, or "parameters", "", index.
@@ -180,6 +200,35 @@ class Variants:
         """Write changes into a model of the first system; returns the arrays in which it may differ then."""
         assert self._base is not None
         return _write(self._base, changes, model)
+
+    def derive(self, changes: Changes, model: Model, *, inertia: bool = True) -> frozenset[str]:
+        """Write what follows from records that have changed into a model of the first system; returns the arrays.
+
+        Parameters
+        ----------
+        inertia : whether the inertia of its blocks follows as well, or is written already (`inertias`)
+        """
+        assert self._base is not None
+        return _derive(self._base, changes, model, inertia=inertia)
+
+    def inertias(self, changes: Changes) -> dict[int, Any]:
+        """Inertia of blocks, (3,) by their number, that follows where changes are columns of numbers.
+
+        What the families do with columns may raise `evolvent_base.columns.UndecidedError`.
+        """
+        assert self._base is not None
+        model, found = self._base.assembly.model, dict[int, Any]()
+        changed: dict[str, dict[int, dict[str, Any]]] = {}
+        for one in changes.records:
+            changed.setdefault(one.family, {}).setdefault(one.row, {})[one.field] = one.value
+        for family, rows in changed.items():
+            found |= inertias_of(family, rows, model)
+        return found
+
+    def has_derived(self, changes: Changes) -> bool:
+        """Whether more of a model follows from the records that changes are of (`derive`)."""
+        assert self._base is not None
+        return changes.gravity is not None or _has_inertial(self._base, changes)
 
     def assemble(self, gravity: Array, parts: Mapping[str, Any]) -> Assembly:
         """Assemble parts by name whole.
@@ -272,18 +321,24 @@ def _add_changes(base: _Base, name: str, part: Any, changes: list[Change], value
         if len(rows) != len(old.rows[of]):
             return False
         for k, (row, before) in enumerate(zip(rows, old.rows[of], strict=True)):
-            for field in _different(row, before):
-                if field not in (own_fields[of] or ()) or not _alike(row.get(field), before.get(field)):
+            for field in different(row, before):
+                if field not in (own_fields[of] or ()) or not alike(row.get(field), before.get(field)):
                     return False
                 changes.append(Change(of, old.before.rows[of] + k, field, row[field]))
     for one, listed in new.lists.items():
-        if one != "values" and not _equal_lists(one, listed, old.lists[one]):
+        if one != "values" and not equal_lists(one, listed, old.lists[one]):
             return False
     mine, before_values = np.array(new.lists["values"]), np.array(old.lists["values"])
+    if has_columns(mine) and mine.shape == before_values.shape:
+        others = {k: one for k, one in enumerate(mine.tolist()) if has_columns(one) or one != before_values[k]}
+        if not all(alike(one, float(before_values[k])) for k, one in others.items()):
+            return False
+        values.update({old.before.lists["values"] + k: one for k, one in others.items()})
+        return True
     if mine.shape != before_values.shape:
         return False
     at = np.flatnonzero(mine != before_values)
-    if not _alike(mine[at], before_values[at]):
+    if not alike(mine[at], before_values[at]):
         return False
     values.update({old.before.lists["values"] + int(k): float(mine[k]) for k in at})
     return True
@@ -318,53 +373,6 @@ def _has_inertia(change: Change, blocks: Array) -> bool:
     return not own.size or bool(np.any(own["inertia"] != 0.0))
 
 
-def _different(row: Mapping[str, Any], before: Mapping[str, Any]) -> Iterator[str]:
-    """Fields of a row that are not those of another."""
-    for field in row if row.keys() == before.keys() else row.keys() | before.keys():
-        if field not in row or field not in before or not _equal(row[field], before[field]):
-            yield field
-
-
-def _equal(a: Any, b: Any) -> bool:
-    """Whether two values of a field are equal."""
-    if isinstance(a, int | float) and isinstance(b, int | float):
-        return a == b
-    if a is b:
-        return True
-    if type(a) is type(b) is np.ndarray and a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes():
-        return True
-    return bool(np.array_equal(a, b))
-
-
-def _sign(value: float) -> float:
-    """Sign of a number; NaN of none, which is unlike any."""
-    return math.nan if math.isnan(value) else int(value > 0.0) - int(value < 0.0)
-
-
-def _alike(new: Any, old: Any) -> bool:
-    """Whether values are zero, infinite and of a sign where others are; of a matrix but for round-off."""
-    if isinstance(new, int | float) and isinstance(old, int | float):
-        return math.isfinite(new) == math.isfinite(old) and _sign(new) == _sign(old)
-    if new is None or old is None or np.shape(new) != np.shape(old):
-        return False
-    if not np.array_equal(np.isfinite(new), np.isfinite(old)):
-        return False
-    if np.ndim(new) < 2:
-        return bool(np.array_equal(np.sign(new), np.sign(old)))
-    least = ROUND_OFF * max(np.abs(new).max(initial=0.0), np.abs(old).max(initial=0.0))
-    differ = np.sign(new) != np.sign(old)
-    return bool(np.all(np.abs(new)[differ] <= least) and np.all(np.abs(old)[differ] <= least))
-
-
-def _equal_lists(name: str, new: list[Any], old: list[Any]) -> bool:
-    if len(new) != len(old):
-        return False
-    if name == "poses":
-        pairs = (pair for one, other in zip(new, old, strict=True) for pair in zip(one, other, strict=True))
-        return all(np.array_equal(a, b) for a, b in pairs)
-    return bool(new == old)
-
-
 def _has_inertial(base: _Base, changes: Changes) -> bool:
     """Whether a change is one of something with inertia."""
     return any(_has_inertia(change, base.assembly.model.blocks) for change in changes.records)
@@ -390,9 +398,15 @@ def _write(base: _Base, changes: Changes, model: Model) -> frozenset[str]:
         getattr(model, change.family)[change.field][change.row] = change.value
     for index, value in changes.parameters.items():
         model.parameters[index] = value
+    return frozenset(touched) | _derive(base, changes, model)
+
+
+def _derive(base: _Base, changes: Changes, model: Model, *, inertia: bool = True) -> frozenset[str]:
+    """Write what follows from the records of a model that have changed; returns the arrays in which that stands."""
+    touched = set[str]()
     if _has_inertial(base, changes):
-        touched.add("blocks")
-        for name in {change.family for change in changes.records}:
+        touched |= {"blocks"} if inertia else set()
+        for name in {change.family for change in changes.records} if inertia else ():
             note_inertia(name, {change.row for change in changes.records if change.family == name}, model)
         if np.any(model.row_sides["point"] >= 0):
             touched |= {"row_sides", "row_pairs"}

@@ -54,7 +54,7 @@ class SectionInertia(Section):
         about_y = about_y if self.inertia_y is None else self.inertia_y
         about_z = about_z if self.inertia_z is None else self.inertia_z
         for key, value in (("mass_per_length", mass), ("inertia_y", about_y), ("inertia_z", about_z)):
-            if math.isnan(value):
+            if value != value:  # not a number
                 raise InputError(f"{key} is missing; a section that is given by its stiffness matrix has no mass")
         if not product**2 < about_y * about_z:
             raise InputError(

@@ -90,8 +90,8 @@ def element_stiffness(
         for k in range(1, 13):
             term = product(term, A) * (x * length / k)
             carry = carry + term
-        found += weight * product(carry.T, section_compliance(section, material, 0.5 + x), carry)
-        mean += weight * carry
+        found = found + weight * product(carry.T, section_compliance(section, material, 0.5 + x), carry)
+        mean = mean + weight * carry
     if isinstance(section, TapeSection):
         found[5, 5] = 1.0
         stiffness = product(mean, inverse(found), mean.T)
@@ -120,7 +120,7 @@ def element_inertia(
             part = length * weight * (x if side else 1.0 - x)
             mass += part * m
             moment += (1.0 - 2.0 * side) * length * part * m / 6.0
-            inertia += part * np.array([[polar, 0, 0], [0, about_y, -product], [0, -product, about_z]])
+            inertia = inertia + part * np.array([[polar, 0, 0], [0, about_y, -product], [0, -product, about_z]])
         shares.append(Lumped(mass, inertia, moment))
     if not uniform:
         whole, given = shares[0].mass + shares[1].mass, _bending_shares(length, section, material, own)

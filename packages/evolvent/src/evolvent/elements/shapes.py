@@ -9,6 +9,7 @@ from pydantic import model_validator
 from pydantic_core import PydanticCustomError
 
 from evolvent_base import units
+from evolvent_base.columns import each
 from evolvent_base.schema import Section
 
 
@@ -103,8 +104,8 @@ class Rectangle(CrossSection):
         10 (1 + nu)/(12 + 11 nu) (Cowper 1966).
         """
         y, z = self.thickness, self.width
-        t, w = min(y, z), max(y, z)
-        series = sum(math.tanh(n * math.pi * w / (2.0 * t)) / n**5 for n in range(1, 200, 2))
+        t, w = each(min, y, z), each(max, y, z)
+        series = sum(each(math.tanh, n * math.pi * w / (2.0 * t)) / n**5 for n in range(1, 200, 2))
         J = w * t**3 * (1.0 / 3.0 - 64.0 / math.pi**5 * t / w * series)
         shear = 10.0 * (1.0 + nu) / (12.0 + 11.0 * nu)
         return Properties(y * z, y * z**3 / 12.0, z * y**3 / 12.0, J, shear, shear)

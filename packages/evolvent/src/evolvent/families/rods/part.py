@@ -516,6 +516,6 @@ class Rod(Part):
             builder.poses.append(Pose(centre, R[i], velocity, w))
             builder.add(
                 "bodies", motion=rigid.FREE, iq=q, iv=v, mass=mass, inertia=inertia,
-                axis=np.array([1.0, 0.0, 0.0]), R0=R[i], x0=centre, rate=0.0, spin_inertia=float(inertia[0, 0]),
+                axis=np.array([1.0, 0.0, 0.0]), R0=R[i], x0=centre, rate=0.0, spin_inertia=inertia[0, 0],
             )  # fmt: skip
         return first

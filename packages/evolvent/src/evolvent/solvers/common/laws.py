@@ -207,8 +207,8 @@ def _users(assembly: Assembly, law: Any) -> str:
 
 def _uses(assembly: Assembly) -> Iterator[_Use]:
     """Records that call users' laws: drives first, then laws that take what the last forces have left."""
-    found = []
-    for family in families().values():
+    found = list[_Use]()
+    for family in families().values() if assembly.laws or assembly.expressions else ():
         rows = family.records(assembly.model)
         for law in family.laws if rows.size else ():
             found += [_Use(family.name, k, rows[k], law) for k in np.flatnonzero(law.which(rows)).tolist()]

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from typing import Any
 
 import numpy as np
 from numba import config
 
+from evolvent.assembly import needs
 from evolvent.compiled.pointer import Struct
 from evolvent.model.memory import Memory
 from evolvent.solvers.common.laws import law_failure
@@ -61,6 +62,7 @@ class Copies:
         self._pace: dict[int, Pace] = {}
         self._room = threading.local()
         self._pool: ThreadPoolExecutor | None = None
+        self._apart: tuple[Array, list[Any]] | None = None
         self._ends = threading.Event()
         self._structs: dict[str, Any] = {name: [None] * count for name in structs}
         if not config.DISABLE_JIT:
@@ -73,6 +75,45 @@ class Copies:
         return self.memory.values(self.blocks, *path) if path in self.memory.places else None
 
     # ------------------------------------------------------------------------------------------------ solver
+
+    def models_apart(
+        self, which: Array, write: Callable[[Array, Array, Array], None]
+    ) -> Iterator[tuple[Array, Array, Sequence[Any]]]:  # fmt: skip
+        """Models of copies as they are at the start, in blocks beside those of the copies, some at a time.
+
+        Parameters
+        ----------
+        which, write : as of `keep_plan`
+
+        Yields
+        ------
+        some : (m,) int, copies
+        blocks : of which they have the first; models : views of theirs, which may be written to
+        """
+        size = min(TOGETHER, which.size)
+        if self._apart is None or len(self._apart[0]) < size:
+            blocks = self.memory.room(size)
+            views = [self.memory.views(block)["model"] for block in blocks]
+            for view in views:
+                needs.note_alike(self.run.model, view)
+            self._apart = blocks, views
+        blocks, views = self._apart
+        for first in range(0, which.size, len(blocks)):
+            some = which[first : first + len(blocks)]
+            at = np.arange(some.size)
+            self.memory.fill(blocks, at)
+            write(blocks, at, some)
+            yield some, blocks, views[: some.size]
+
+    def keep_plan(self, which: Array, write: Callable[[Array, Array, Array], None]) -> Array:
+        """Whether copies with what is their own surely have the plan of the run, (k,) bool; none where that is unknown.
+
+        Parameters
+        ----------
+        which : (k,) int
+        write : writes into blocks, those numbered by a second argument, what the copies of a third one have
+        """
+        return np.zeros(which.size, dtype=bool)
 
     def sampled(self, which: Array, model: Any) -> dict[str, Any]:
         """States of copies at the start and now, in turn: `y`, `s` and `kept` of a solution of 2 k samples."""

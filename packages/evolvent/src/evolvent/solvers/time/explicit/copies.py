@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -15,6 +17,7 @@ from evolvent.solvers.time.explicit import events as ex, loop as explicit
 from evolvent.solvers.time.explicit.lanes import Lanes
 from evolvent.solvers.time.explicit.many_steps import advance_many, tableau_of
 from evolvent.solvers.time.explicit.run import ExplicitRun, loop_record
+from evolvent.solvers.time.explicit.stable_copies import StableCopies
 from evolvent.solvers.time.run import FINISHED
 
 Array = np.ndarray
@@ -34,6 +37,20 @@ class ExplicitCopies(Copies):
         self.codes, self._budgets = self._codes, np.zeros(count, dtype=np.int64)
         self._lanes = Lanes(self)
         self.side_by_side = 1 if self._lanes.why_alone else WIDTH
+
+    def keep_plan(self, which: Array, write: Callable[[Array, Array, Array], None]) -> Array:
+        """As of all copies: those in which the step that was asked for is stable."""
+        if not StableCopies.apply(self.run):
+            return super().keep_plan(which, write)
+        found = [
+            self._stable.of(np.arange(some.size), self.memory.addresses(blocks, "model"), models)
+            for some, blocks, models in self.models_apart(which, write)
+        ]
+        return np.concatenate([*found, np.zeros(0, dtype=bool)])
+
+    @functools.cached_property
+    def _stable(self) -> StableCopies:
+        return StableCopies(self.run)
 
     def sampled(self, which: Array, model: Model) -> dict[str, Any]:
         """As of all copies."""

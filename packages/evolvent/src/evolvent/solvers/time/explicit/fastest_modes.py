@@ -16,12 +16,13 @@ from evolvent.kernels import contact_laws
 from evolvent.kernels.ancf_beams import beam_rates
 from evolvent.kernels.blocks import ANGLE, MOVES, POSITION, ROTATION, SCALAR, SLOPE, block_at
 from evolvent.kernels.impulse import jump, prepare
+from evolvent.model import Model
 from evolvent.model.registry import asked, families
 
 #: Up to so many velocities the eigenvalues are those of the whole matrix.
 _DENSE = 120
 #: Displacement (m, or 1 of slopes and turns) of the central differences of forces.
-_STEP = 1e-6
+STEP = 1e-6
 
 
 def fastest_explicit_mode(assembly: Assembly) -> tuple[float, float, str, float]:
@@ -36,23 +37,21 @@ def fastest_explicit_mode(assembly: Assembly) -> tuple[float, float, str, float]
     that makes forces counts. Threads are left to their own bounds.
     """
     model = assembly.model
-    n_q, n_v = int(model.info.nq), int(model.info.nv)
+    n_v = int(model.info.nv)
     saved = {name: getattr(model, name).copy() for name in asked("stability.stiffest")}
     accelerations = _accelerations(assembly)
     touching = _contact_products(assembly)
-    moves = np.ones(n_v)
-    for block in model.blocks[model.blocks["switch"] != MOVES]:
-        moves[block["iv"] - n_q :][: block["count"]] = 0.0
+    moves = displaceable(model)[2]
     zero = np.zeros(n_v)
 
     def stiff(x: np.ndarray) -> np.ndarray:
-        d = _STEP * moves * x / max(float(np.abs(x).max()), 1e-300)
-        scale = 0.5 * float(np.abs(x).max()) / _STEP
+        d = STEP * moves * x / max(float(np.abs(x).max()), 1e-300)
+        scale = 0.5 * float(np.abs(x).max()) / STEP
         return moves * (scale * (accelerations(-d, zero) - accelerations(d, zero)) + touching(0, moves * x))
 
     def damped(x: np.ndarray) -> np.ndarray:
-        d = _STEP * moves * x / max(float(np.abs(x).max()), 1e-300)
-        scale = 0.5 * float(np.abs(x).max()) / _STEP
+        d = STEP * moves * x / max(float(np.abs(x).max()), 1e-300)
+        scale = 0.5 * float(np.abs(x).max()) / STEP
         return moves * (scale * (accelerations(zero, -d) - accelerations(zero, d)) + touching(1, moves * x))
 
     try:
@@ -88,31 +87,53 @@ def _largest(product: Callable[[np.ndarray], np.ndarray], n: int) -> tuple[float
     return float(values[best].real), np.array(vectors[:, best].real)
 
 
+def displaceable(model: Model) -> tuple[np.ndarray, list[tuple[int, int]], np.ndarray]:
+    """What is displaced in the differences of accelerations.
+
+    Returns
+    -------
+    places : (nv,) int, coordinates that belong to velocities; -1 of turns, and of what is not displaced
+    turning : list of pairs of int, first coordinate of each quaternion, and first of its velocities
+    moving : (nv,) float, 1 of velocities that are free, 0 of those that a switch holds
+    """
+    n_q, n_v = int(model.info.nq), int(model.info.nv)
+    places, turning, moving = np.full(n_v, -1), list[tuple[int, int]](), np.ones(n_v)
+    for block in model.blocks:
+        iq, iv, size = int(block["iq"]), int(block["iv"]) - n_q, int(block["count"])
+        if block["switch"] != MOVES:
+            moving[iv : iv + size] = 0.0
+        if block["kind"] == ROTATION:
+            turning.append((iq, iv))
+        elif block["kind"] in (POSITION, SLOPE, ANGLE) or (block["kind"] == SCALAR and _has_no_bound(block)):
+            places[iv : iv + size] = np.arange(iq, iq + size)
+    return places, turning, moving
+
+
 def _accelerations(assembly: Assembly) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
     """Accelerations of the start displaced by (a, b), changes of coordinates and rates by velocity."""
     model = assembly.model
     needs.load(model, rhs)
     n_q, n_v = int(model.info.nq), int(model.info.nv)
     y, dy, s = assembly.y.copy(), np.zeros_like(assembly.y), assembly.s.copy()
-    place = np.full(n_v, -1)
-    turning = []
-    for block in model.blocks:
-        iq, iv, size = int(block["iq"]), int(block["iv"]) - n_q, int(block["count"])
-        if block["kind"] == ROTATION:
-            turning.append((iq, iv))
-        elif block["kind"] in (POSITION, SLOPE, ANGLE) or (block["kind"] == SCALAR and _has_no_bound(block)):
-            place[iv : iv + size] = np.arange(iq, iq + size)
-    moved = np.flatnonzero(place >= 0)
+    places, turning, _ = displaceable(model)
+    moved = np.flatnonzero(places >= 0)
+    turns = np.array(turning, dtype=np.int64).reshape(-1, 2)
+    quaternions, vectors = turns[:, :1] + np.arange(4), turns[:, 1:] + np.arange(3)
+    starts = assembly.y[quaternions]
+    w, u = starts[:, :1], starts[:, 1:]
+    half = 0.5 * u
 
     def accelerations(a: np.ndarray, b: np.ndarray) -> np.ndarray:
         y[:] = assembly.y
-        y[place[moved]] += a[moved]
+        y[places[moved]] += a[moved]
         y[n_q : n_q + n_v] += b
-        for q, v in turning:  # to first order, which is enough for differences
-            w, u = assembly.y[q], assembly.y[q + 1 : q + 4]
-            y[q] -= 0.5 * u @ a[v : v + 3]
-            y[q + 1 : q + 4] += 0.5 * (w * a[v : v + 3] + np.cross(u, a[v : v + 3]))
-            y[q : q + 4] /= np.linalg.norm(y[q : q + 4])
+        if turning:  # to first order, which is enough for differences
+            d, found = a[vectors], starts.copy()
+            found[:, 0] -= [float(one @ turn) for one, turn in zip(half, d, strict=True)]
+            crossed = u[:, [1, 2, 0]] * d[:, [2, 0, 1]] - u[:, [2, 0, 1]] * d[:, [1, 2, 0]]
+            found[:, 1:] += 0.5 * (w * d + crossed)
+            lengths = np.sqrt([float(one @ one) for one in found])
+            y[quaternions] = found / lengths[:, None]
         rhs(0.0, y, s, model, dy)
         return dy[n_q : n_q + n_v].copy()
 
@@ -124,11 +145,16 @@ def _has_no_bound(block: np.record) -> bool:
     return families()[owner_of(block)[0]].stability.bound is None
 
 
+def touches(model: Model) -> bool:
+    """Whether contacts count whose stiffness is added to that of the rates."""
+    return bool(model.contact_surfaces.size)
+
+
 def _contact_products(assembly: Assembly) -> Callable[[int, np.ndarray], np.ndarray]:
     """M^-1 times the stiffness (0) or damping (1) of all contact points, held across the beam, times a vector."""
     model, y = assembly.model, assembly.y
     n_q, n_v = int(model.info.nq), int(model.info.nv)
-    if not model.contact_surfaces.size:
+    if not touches(model):
         return lambda what, x: np.zeros_like(x)
     contacts = model.contact_points
     columns = contacts["iv"][:, None, :] - n_q + np.arange(3)[None, :, None]  # check, component, vector

@@ -1,17 +1,26 @@
-"""Compiled loop over copies of an explicit run, which share no memory that they write to."""
+"""Compiled loops over copies of an explicit run, which share no memory that they write to."""
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 from numba import void
 
-from evolvent.compiled.jit import INTEGERS, indirect
+from evolvent.compiled.jit import INTEGERS, MATRIX, REAL, VECTOR, indirect
 from evolvent.compiled.pointer import Struct, array, at_address
+from evolvent.equations.rhs import rhs
+from evolvent.kernels.blocks import displace
 from evolvent.model import MODEL
 from evolvent.solvers.time.explicit.events import WORKSPACE
+from evolvent.solvers.time.explicit.fastest_modes import STEP
 from evolvent.solvers.time.explicit.loop import advance
+
+#: Natural logarithm of a normal deviate that is smaller only once in a million draws, with its sign changed.
+UNLIKELY = 14.0
+#: Products of the matrices by a vector after which the plan finds the frequency.
+MOST = 24
 
 
 class Tableau(Struct):
@@ -55,3 +64,68 @@ def advance_many(tableau, which, models, works, codes, budgets):
         model.info.stepping = 1
         codes[k] = advance(A, b, c, E, P, Q, rtol, atol, model, _work_at(works[k]), budgets[k])
         model.info.stepping = 0
+
+
+@indirect(void(INTEGERS, INTEGERS, VECTOR, INTEGERS, MATRIX, VECTOR, VECTOR, MATRIX, MATRIX, REAL, INTEGERS))
+def bound_many(which, models, y, s, moves, scale, start, rates, states, most, codes):
+    """Whether the frequencies and damping rates of some copies are surely below `most`, rad/s, 1 or 0 to `codes`.
+
+    Parameters
+    ----------
+    models : (n,) int, addresses of the models of all copies
+    y, s : (ny,) float and (ns,) int, state at the start
+    moves : (2, nv) float, 1 where coordinates are displaced, and where rates are; else 0
+    scale : (nv,) float, factors of the rates by which their sizes are comparable
+    start : (nv,) float, normal deviates
+    rates, states : (3, nv) and (2, ny) float, scratch
+    """
+    n_v = start.size
+    x, d, a, moved, dy = rates[0], rates[1], rates[2], states[0], states[1]
+    for k in which:
+        model = _model_at(models[k])
+        n_q = model.info.nq
+        codes[k] = 1
+        for what in range(2):  # M^-1 K, M^-1 C
+            goal = (2.0 - what) * math.log(most)
+            for i in range(n_v):
+                x[i] = start[i] / scale[i]
+            grown, is_below = 0.0, False
+            for j in range(1, MOST + 1):
+                largest = 0.0
+                for i in range(n_v):
+                    x[i] *= moves[1, i]
+                    largest = max(largest, abs(x[i]))
+                for sign in (-1.0, 1.0):
+                    for i in range(n_v):
+                        d[i] = sign * STEP * x[i] / largest
+                    for i in range(y.size):
+                        moved[i] = y[i]
+                    if what == 0:
+                        for i in range(n_v):
+                            d[i] *= moves[0, i]
+                        displace(y, d, False, model, moved)
+                    else:
+                        for i in range(n_v):
+                            moved[n_q + i] += d[i]
+                    rhs(0.0, moved, s, model, dy)
+                    for i in range(n_v):
+                        a[i] = -dy[n_q + i] if sign < 0.0 else 0.5 * largest / STEP * (a[i] + dy[n_q + i])
+                total = 0.0
+                for i in range(n_v):
+                    x[i] = moves[1, i] * a[i]
+                    total += (scale[i] * x[i]) ** 2
+                if total == 0.0:
+                    is_below = True
+                    break
+                total = math.sqrt(total)
+                grown += math.log(total)
+                if not math.isfinite(grown):
+                    break
+                if grown + UNLIKELY <= j * goal:
+                    is_below = True
+                    break
+                for i in range(n_v):
+                    x[i] /= total
+            if not is_below:
+                codes[k] = 0
+                break

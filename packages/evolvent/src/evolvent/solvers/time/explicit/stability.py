@@ -36,6 +36,20 @@ def fastest_mode(assembly: Assembly) -> Mode:
     its diagonal blocks, counted twice where both ends move: omega^2 <= max over a of the largest eigenvalue of
     M_a^-1 K_aa. A uniform chain reaches this bound, 4 c / m. Damping is bounded in the same way.
     """
+    best = bounds_of_families(assembly)
+    squared, damping, name, k = max(best, key=lambda bound: (bound[0], -bound[1]))
+    where = owner(assembly, name, k) if name else "nothing"
+    largest = max(bound[1] for bound in best)
+    if is_by_rates(assembly.model):
+        square, rate, place, fastest = fastest_explicit_mode(assembly)
+        largest = max(largest, rate, fastest)
+        if (square, -rate) > (squared, -damping):
+            squared, damping, where = square, rate, place
+    return Mode(math.sqrt(squared), damping, where, largest)
+
+
+def bounds_of_families(assembly: Assembly) -> list[tuple[float, float, str, int]]:
+    """Bounds that families state: squared frequency, rad2/s2, damping rate, 1/s, family and record; one is zero."""
     model, y, s = assembly.model, assembly.y.copy(), assembly.s.copy()
     needs.load(model, prepare)
     prepare(0.0, y, s, model)
@@ -44,18 +58,12 @@ def fastest_mode(assembly: Assembly) -> Mode:
     best: list[tuple[float, float, str, int]] = [(0.0, 0.0, "", 0)]
     for name, bound in asked("stability.bound").items():
         best += [(square, rate, name, k) for k, square, rate in bound(model, y, felt)]
-    moved = [(name, k) for name, one in own.items() for k in np.flatnonzero(one.which(getattr(model, name))).tolist()]
+    moved = list[tuple[str, int]]()
+    for name, one in own.items():  # what feels nothing has no bound
+        feels = np.any(felt[name], axis=(0, 2, 3)) & one.which(getattr(model, name))
+        moved += [(name, k) for k in np.flatnonzero(feels).tolist()]
     values = _largest([own[name].answer(model, k, felt[name][:, k]) for name, k in moved])
-    best += [(*both, *at) for both, at in zip(values, moved, strict=True)]
-    squared, damping, name, k = max(best, key=lambda bound: (bound[0], -bound[1]))
-    where = owner(assembly, name, k) if name else "nothing"
-    largest = max(bound[1] for bound in best)
-    if is_by_rates(model):
-        square, rate, place, fastest = fastest_explicit_mode(assembly)
-        largest = max(largest, rate, fastest)
-        if (square, -rate) > (squared, -damping):
-            squared, damping, where = square, rate, place
-    return Mode(math.sqrt(squared), damping, where, largest)
+    return best + [(*both, *at) for both, at in zip(values, moved, strict=True)]
 
 
 def _largest(blocks: list[np.ndarray]) -> list[tuple[float, float]]:
@@ -115,6 +123,23 @@ def stability_limit(method: Method, mode: Mode, duration: float) -> float:
     for _ in range(60):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if stable(middle) else (low, middle)
+    return low
+
+
+def stable_radius(method: Method, step: float, duration: float) -> float:
+    """Radius of half a disc about 0, left of the imaginary axis, in which a method is stable, as of `stability_limit`.
+
+    Notes
+    -----
+    R is analytic, so that |R| is largest on the edge of the half disc.
+    """
+    polynomial, at = stability_polynomial(method), np.linspace(0.0, 1.0, 201)
+    edge = np.concatenate([1j * at, np.exp(0.5j * np.pi * (1.0 + at))])  # and the same of their conjugates
+    allowed, low, high = 1.0 + 0.05 * step / duration, 0.0, 8.0
+    while high - low > 1e-3:
+        middle = 0.5 * (low + high)
+        stable = bool(np.all(amplification(polynomial, middle * edge) <= allowed))
+        low, high = (middle, high) if stable else (low, middle)
     return low
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable
 from typing import Any, ClassVar, NamedTuple
 
@@ -89,7 +90,7 @@ class ImplicitPlan:
         """
         model, (weight, options) = assembly.model, _numbers(assembly, self.asked)
         stops, conserves = stops_of(assembly, self.times), bool(options.midpoint)
-        if stops.shape != stops_of(self.assembly, self.times).shape:
+        if stops.shape != self._stops.shape:
             raise InputError(
                 "other values change the number of times at which loads change; use evolvent.simulate_many"
             )
@@ -98,6 +99,11 @@ class ImplicitPlan:
             "error_weight": error_sizes(model, weight, conserves=conserves),
             "shares": shares(model, weight, conserves=conserves),
         }  # fmt: skip
+
+    @functools.cached_property
+    def _stops(self) -> np.ndarray:
+        """Times at which loads or joints change (`setup.stops_of`)."""
+        return stops_of(self.assembly, self.times)
 
     def workspace(self) -> Workspace:
         """The loop's workspace at the start of a run."""
