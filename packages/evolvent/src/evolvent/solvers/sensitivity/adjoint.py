@@ -18,7 +18,7 @@ from numba import config
 from evolvent.algebra.sparse import INNER
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
-from evolvent.equations.implicit import residual, tangent
+from evolvent.equations.implicit import residual
 from evolvent.equations.step_end import start_run
 from evolvent.kernels.blocks import displace
 from evolvent.model.registry import asked, cubic
@@ -27,7 +27,7 @@ from evolvent.solvers.sensitivity import adjoint_start, recorded_energy_steps, r
 from evolvent.solvers.sensitivity.adjoint_events import Jump, Jumps, Parameter, between, carried, difference, state_of
 from evolvent.solvers.sensitivity.adjoint_start import Start
 from evolvent.solvers.sensitivity.adjoint_support import by_rates, check, depends_on_time
-from evolvent.solvers.sensitivity.colours import coloured, joined
+from evolvent.solvers.sensitivity.colours import coloured, equations_of, joined
 from evolvent.solvers.sensitivity.patches import Patch, Sides
 from evolvent.solvers.sensitivity.recorded_steps import (
     FULL,
@@ -135,7 +135,7 @@ class Adjoint:
         ]
         if self.lead.midpoint:
             roots += [recorded_energy_steps.evaluate, recorded_energy_steps.pull_back]
-            self.colours = recorded_energy_steps.colours_of(model, self.room)
+            self.colours = recorded_energy_steps.colours_of(base)
         else:
             roots += [implicit_loop.restart, recorded_steps.pull_back, adjoint_start.pull_back_start]
         for run in (self.lead, self.middle):
@@ -401,8 +401,8 @@ class Adjoint:
         models, addresses = self._changed_models(model)
         for own in (model, *models):
             start_run(float(work.loop.time), 1.0, 0.0, before.y, own, work.booked)
-        equations = self._held_with(model, before.y, after)
-        starts, columns = joined(coloured(equations, (j for j in range(self.n_v) if equations[j].size), self.n_u))
+        equations = [one[one >= self.n_v] for one in equations_of(self.lead.plan.assembly)]
+        starts, columns = joined(coloured(equations, (j for j in range(self.n_v) if equations[j].size)))
         first, rows = joined([equations[j] for j in columns])
         start = Start(
             y=before.y.copy(), A=after.dv1.copy(), la=after.la.copy(), starts=starts, columns=columns, first=first,
@@ -413,28 +413,6 @@ class Adjoint:
         if adjoint_start.pull_back_start(model, addresses, work, self.room, self.transposed, linear, start, now, found):
             raise InputError("the start has no derivative; take mode 'forward'")
         return found
-
-    def _held_with(self, model: Any, y: Array, work: Any) -> list[Array]:
-        """Unknowns of the multipliers of constraints that each coordinate is in, found in states beside a start.
-
-        One is in what another one of its block is in: g'' follows from turns about a lever too, which g does not.
-        """
-        rng, t, trial, n_v = np.random.default_rng(0), float(work.loop.time), model.copy(), self.n_v
-        found = np.zeros((0, 2), dtype=np.int64)
-        for _ in range(TRIALS if self.n_u > n_v else 0):
-            state, la = y.copy(), rng.uniform(-1.0, 1.0, self.n_u - n_v)
-            displace(y, 1e-2 * work.weight[:n_v] * rng.uniform(-1.0, 1.0, n_v), False, trial, state)
-            residual(t, state, work.dv1, la, 0.0, 1.0, trial, np.zeros(self.n_u), work.powers[0].copy())
-            tangent(t, state, la, 0.0, 0.0, 1.0, trial, self.room)
-            places = entries_of(self.room.values, self.room)[1][:, :2]
-            found = np.concatenate([found, places[(places[:, 0] >= n_v) & (places[:, 1] < n_v)]])
-        first, counts = model.blocks["iv"] - int(model.info.nq), model.blocks["count"]
-        of = np.zeros(n_v, dtype=np.int64)
-        for b, (at, count) in enumerate(zip(first.tolist(), counts.tolist(), strict=True)):
-            of[at : at + count] = b
-        blocks, rows = np.unique(np.stack([of[found[:, 1]], found[:, 0]], axis=1), axis=0).T
-        by_block = np.split(rows, np.searchsorted(blocks, np.arange(1, first.size)))
-        return [by_block[b] for b in of.tolist()]
 
     def _begin_beside(self, one: Parameter, resolves: int) -> Array:
         """Derivatives of the start by a parameter, (m,), by neighbours."""

@@ -1,43 +1,56 @@
-"""Unknowns of a matrix in colours: no two of one colour have an equation in common, so that one change serves all."""
+"""Unknowns in colours: no two of one colour have an equation in common, so that one change serves all of them."""
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Sequence
-from typing import Any
 
 import numpy as np
 
-from evolvent.algebra import sparse
+from evolvent.assembly.assembled import Assembly
+from evolvent.solvers.common.graph import pattern_of
 
 Array = np.ndarray
 
 
-def equations_of(matrix: Any, n: int) -> list[Array]:
-    """Equations in which each of n unknowns may be, by the blocks of a matrix."""
-    table, later, unknown = matrix.table, matrix.later, matrix.unknown
-    own = [unknown[row[sparse.START] : row[sparse.START] + row[sparse.SIZE]] for row in table]
-    beside = [{b} for b in range(len(own))]
-    for b, row in enumerate(table):
-        for other in later[row[sparse.FIRST] : row[sparse.FIRST] + row[sparse.COUNT], sparse.BLOCK]:
-            beside[b].add(int(other))
-            beside[int(other)].add(b)
-    found = [np.zeros(0, dtype=np.int64)] * n
-    for b, others in enumerate(beside):
-        for j in own[b]:
-            found[j] = np.sort(np.concatenate([own[k] for k in sorted(others)]))
+def equations_of(assembly: Assembly) -> list[Array]:
+    """Equations in which each unknown of a model may be; variants of a system share them.
+
+    Those of the blocks that it couples to, and of all that act on one another by the same constraints.
+    """
+    shared = None if assembly.model.info.releases else assembly.shared
+    if shared is not None and "equations" in shared:
+        found: list[Array] = shared["equations"]
+        return found
+    pattern = pattern_of(assembly.model)
+    beside = [{b} for b in range(len(pattern.blocks))]
+    for a, b in pattern.pairs.tolist():
+        beside[a].add(b)
+        beside[b].add(a)
+    for b in np.flatnonzero(pattern.multipliers).tolist():
+        for a, c in itertools.permutations(sorted(beside[b]), 2):
+            beside[a].add(c)
+    found = [np.zeros(0, dtype=np.int64)] * sum(len(own) for own in pattern.blocks)
+    for own, others in zip(pattern.blocks, beside, strict=True):
+        equations = np.sort(np.concatenate([pattern.blocks[k] for k in sorted(others)]))
+        for j in own.tolist():
+            found[j] = equations
+    if shared is not None:
+        shared["equations"] = found
     return found
 
 
-def coloured(equations: Sequence[Array], unknowns: Iterable[int], n: int) -> list[list[int]]:
-    """Unknowns of each colour, by their equations of n."""
+def coloured(equations: Sequence[Array], unknowns: Iterable[int]) -> list[list[int]]:
+    """Unknowns of each colour, by their equations."""
     taken: list[Array] = []
     found: list[list[int]] = []
     for j in unknowns:
-        k = next((k for k, used in enumerate(taken) if not np.any(used[equations[j]])), len(taken))
+        own = equations[j]
+        k = next((k for k, used in enumerate(taken) if not used[own].any()), len(taken))
         if k == len(taken):
-            taken.append(np.zeros(n, dtype=bool))
+            taken.append(np.zeros(len(equations), dtype=bool))
             found.append([])
-        taken[k][equations[j]] = True
+        taken[k][own] = True
         found[k].append(j)
     return found
 

@@ -362,12 +362,12 @@ def is_mirrored(model):
     return all(support is not None and every(support.mirrored, found) for support, found in own if found.size)
 
 
-def colours_of(model, matrix):
-    """Colours of the coordinates of a model by the pattern of its matrix: `Colours`; not compiled."""
-    n_v, n_u = int(model.info.nv), int(model.info.nv) + model.constraints.size
-    equations = equations_of(matrix, n_u)
-    moving = coloured(equations, range(n_v), n_u)
-    starts, columns = joined([*moving, *coloured(equations, range(n_v, n_u), n_u)])
+def colours_of(assembly):
+    """Colours of the coordinates of a model by the ends of its forces: `Colours`; not compiled."""
+    model, equations = assembly.model, equations_of(assembly)
+    n_v, n_u = int(model.info.nv), len(equations)
+    moving = coloured(equations, range(n_v))
+    starts, columns = joined([*moving, *coloured(equations, range(n_v, n_u))])
     first, rows = joined(equations)
     return Colours(
         starts=starts,
