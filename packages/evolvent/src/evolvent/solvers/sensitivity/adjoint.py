@@ -80,6 +80,15 @@ def _stops(base: Assembly, patch: Patch, times: Array) -> Array:
     return stops_of(dataclasses.replace(base, model=model), times)
 
 
+def _differ(both: Array, alone: Array, middle: Array, n_v: int) -> bool:
+    """Whether equations are not linear in what a parameter changes: forces and constraints have other sizes."""
+    for own in (slice(0, n_v), slice(n_v, None)):
+        same = EVEN * np.abs(both[own]).max(initial=0.0) + ROUND_OFF * np.abs(middle[own]).max(initial=0.0)
+        if np.any(np.abs(both[own] - alone[own]) > same):
+            return True
+    return False
+
+
 class OtherEquations(Exception):
     """A parameter changes other equations than at the start, in a group with others."""
 
@@ -225,9 +234,11 @@ class Adjoint:
         """Parameters that change different equations in one group, by states about the start at times of the run."""
         rng, work, model, scratch = np.random.default_rng(0), self.lead.work, self.lead.model.copy(), self.middle.work
         n_q, n_v, h = int(model.info.nq), self.n_v, float(self.lead.work.loop.step)
+        wide = {}
         for one in self.parameters:
-            one.patches, one.change_of_rows = (Patch.along(*one.sides.patches, 0.5 * WIDER),), WIDER * one.change
-        along = [one.patches for one in self.parameters]
+            wide[one.name] = Patch.along(*one.sides.patches, 0.5 * WIDER)
+            one.patches, one.change_of_rows = (wide[one.name],), WIDER * one.change
+        sets = [[one] for one in self.parameters]
         for t in np.linspace(float(self.lead.reached), float(work.samples[-1]), TRIALS).tolist():
             y, size = work.y.copy(), 1e-2 * work.weight[:n_v]
             displace(work.y, size * rng.uniform(-1, 1, n_v), False, self.lead.model, y)
@@ -235,32 +246,45 @@ class Adjoint:
             scratch.y0[:], scratch.dq[:] = y, size * rng.uniform(-1, 1, n_v)
             a, la = rng.uniform(-1, 1, n_v), rng.uniform(-1, 1, work.la.size)
             middle = self._residual(t, h, y, a, la, model)
-            for one, wide in zip(self.parameters, along, strict=True):
-                sides = []
-                for patch in (*one.sides.patches, *wide):
-                    patch.write(model)
+            while sets:
+                some, sides = sets.pop(), []
+                for patches in zip(*((*one.sides.patches, wide[one.name]) for one in some), strict=True):
+                    for patch in patches:
+                        patch.write(model)
                     sides.append(self._residual(t, h, y, a, la, model))
-                    patch.undo(model)
-                both, alone, size = 0.5 * (sides[0] - sides[1]), (sides[2] - middle) / WIDER, np.abs(middle)
-                one.rows |= sides[0] != sides[1]
-                for own in (slice(0, n_v), slice(n_v, None)):  # forces and constraints have other sizes
-                    same = EVEN * np.abs(both[own]).max(initial=0.0) + ROUND_OFF * size[own].max(initial=0.0)
-                    if np.any(np.abs(both[own] - alone[own]) > same):
+                    for patch in patches:
+                        patch.undo(model)
+                differ = sides[0] != sides[1]
+                if len(some) > 1 and np.any(differ & ~np.any([one.rows for one in some], axis=0)):
+                    sets += [[one] for one in some]
+                    continue
+                both, alone = 0.5 * (sides[0] - sides[1]), (sides[2] - middle) / WIDER
+                for one in some:
+                    mine = one.rows if len(some) > 1 else np.ones(self.n_u, dtype=bool)
+                    one.rows |= differ & mine
+                    if _differ(both * mine, alone * mine, middle, n_v):
                         one.patches, one.change_of_rows = one.sides.patches, one.change
+            sets = self._alike()
+        for own in sets:
+            if not np.any(own[0].rows):  # where it may change others later
+                own[0].patches, own[0].change_of_rows = own[0].sides.patches, own[0].change
+            if len(own) == 1:
+                own[0].rows[:] = True
+
+    def _alike(self) -> list[list[Parameter]]:
+        """Give each parameter its group, of parameters that change other equations; the parameters of each."""
         taken: list[tuple[int, Array]] = []
+        found: list[list[Parameter]] = []
         for one in self.parameters:
-            if not np.any(one.rows):
-                one.rows[:], one.patches, one.change_of_rows = True, one.sides.patches, one.change
-            sides_of = len(one.patches)
-            alike = (k for k, (count, rows) in enumerate(taken) if count == sides_of and not np.any(rows & one.rows))
+            sides_of, own = len(one.patches), one.rows if np.any(one.rows) else np.ones(self.n_u, dtype=bool)
+            alike = (k for k, (count, rows) in enumerate(taken) if count == sides_of and not np.any(rows & own))
             one.group = next(alike, len(taken))
             if one.group == len(taken):
                 taken.append((sides_of, np.zeros(self.n_u, dtype=bool)))
-            taken[one.group][1][:] |= one.rows
-        groups = [one.group for one in self.parameters]
-        for one in self.parameters:
-            if groups.count(one.group) == 1:
-                one.rows[:] = True
+                found.append([])
+            taken[one.group][1][:] |= own
+            found[one.group].append(one)
+        return found
 
     def _residual(self, t: float, h: float, y: Array, a: Array, la: Array, model: Any) -> Array:
         """Equations of a state, or of energy-momentum of a step from `middle.work.y0` with the increments there."""
