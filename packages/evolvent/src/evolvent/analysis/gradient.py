@@ -50,7 +50,7 @@ class ChangedNumbers:
     """What keys change in the model of a system.
 
     A changed system of which records and parameters alone differ, and that starts as the system does, is not assembled:
-    its numbers are written into one model, which serves all of them.
+    its numbers are written into one model of the first system, which serves all of them.
 
     Parameters
     ----------
@@ -58,8 +58,8 @@ class ChangedNumbers:
     """
 
     def __init__(self, system: Composition, assembly: Assembly) -> None:
-        self._system, self._base, self._scratch = system, assembly, assembly.model.copy()
-        needs.note_alike(assembly.model, self._scratch)
+        self._system, self._base, self._variants = system, assembly, system._variants
+        self._scratch: Any = None
 
     def of(self, changed: Composition) -> Changes | Assembly:
         """What differs in a changed system, which is assembled only where more than numbers may.
@@ -69,9 +69,10 @@ class ChangedNumbers:
         InputError
             Where it cannot be assembled.
         """
-        variants = self._system._variants
-        plain = variants is not None and not (self._system.sections or changed.sections)
-        found = variants.changes(changed._gravity, changed.parts) if variants is not None and plain else None
+        variants, found = self._variants, None
+        starts_alike = not (self._system.sections or changed.sections)
+        if variants is not None and starts_alike and self._base.touched is not None:
+            found = variants.changes(changed._gravity, changed.parts)
         return changed._assembled() if found is None else found
 
     def sides(self, name: str, up: Changes | Assembly, down: Changes | Assembly) -> Sides:
@@ -86,15 +87,19 @@ class ChangedNumbers:
         return Sides((above, below), (y, y_below))
 
     def _side(self, name: str, found: Changes | Assembly) -> tuple[Patch, Array]:
-        variants, base, model = self._system._variants, self._base.model, self._scratch
         if isinstance(found, Assembly):
             return Patch.between(self._base, found, name), found.y
-        assert variants is not None
-        touched = sorted(variants.write(found, model))
+        assert self._variants is not None
+        first, arrays = self._variants.first.model, self._base.touched or frozenset()
+        if self._scratch is None:
+            self._scratch = first.copy()
+            needs.note_alike(first, self._scratch)
+        touched = self._variants.write(found, self._scratch)
         try:
-            return Patch.in_arrays(base, model, touched, name), self._base.y
+            patch = Patch.in_arrays(self._base.model, self._scratch, sorted(touched | arrays), name)
         finally:
-            restore(base, model, touched)
+            restore(first, self._scratch, touched)
+        return patch, self._base.y
 
 
 @dataclasses.dataclass(frozen=True)

@@ -17,7 +17,7 @@ from evolvent_base.errors import InputError
 Array = np.ndarray
 #: Estimated times beside that of a run, of `cost`; and evaluations of the equations in the time of a step of
 #: energy-momentum.
-BACK, BY_VALUE, BY_KEY, EVALUATIONS = 6.0, 0.5, 0.1, 16.0
+BACK, BY_VALUE, BY_KEY, EVALUATIONS = 6.0, 0.5, 0.05, 16.0
 
 
 def check(plan: Any) -> None:
