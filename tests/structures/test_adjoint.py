@@ -8,9 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from evolvent import System, parts
+from evolvent import System, elements, parts
+from evolvent.analysis import runs
+from evolvent.analysis.gradient import CHANGE
+from evolvent.analysis.settings import sample_times
+from evolvent.solvers.sensitivity.adjoint import Adjoint
+from evolvent.solvers.sensitivity.colours import coloured, equations_of
+from evolvent.solvers.sensitivity.patches import Sides
 from evolvent_base.errors import InputError
-from structures.test_sensitivity import ALPHA, BOTH, ENERGY, differences, hinge
+from structures.test_sensitivity import ALPHA, BOTH, ENERGY, differences, hinge, masses_in_a_row
 
 
 def driven_wheel() -> System:
@@ -49,6 +55,47 @@ def test_those_of_a_motor_that_is_driven_are_its_closed_form(method: str) -> Non
         assert float(adjoint.derivative[0, j]) == pytest.approx(exact, rel=1e-4), key
 
 
+def swinging_pair() -> System:
+    """Two bodies that turn, one behind the other on spherical joints, pulled by a damped spring."""
+    found, of_a, of_b = System(gravity=(0.0, 0.0, -9.81)), np.array([1.2, 5.2, 1.6]), np.array([-2.0, 2.8, 4.4])
+    hinge_rate = np.cross(of_a, [1.0, 0.0, 0.0])
+    for name, mass, x, turn, rate in (
+        ("a", 2.0, 0.5, of_a, 0.5 * hinge_rate),
+        ("b", 1.0, 1.5, of_b, hinge_rate + np.cross(of_b, [0.5, 0.0, 0.0])),
+    ):
+        own: dict[str, Any] = {"velocity": tuple(rate), "angular_velocity": tuple(turn)}
+        found.add(parts.RigidBody(mass=mass, inertia=(0.1, 0.2, 0.25), position=(x, 0.0, 0.0), **own), name)
+    found.add(parts.Joint(a="ground", b=("a", (-0.5, 0.0, 0.0)), type="spherical"), "root")
+    found.add(parts.Joint(a=("a", (0.5, 0.0, 0.0)), b=("b", (-0.5, 0.0, 0.0)), type="spherical"), "middle")
+    line: dict[str, Any] = {"stiffness": 40.0, "length": 0.2, "damping": 3.0}
+    found.add(parts.Spring(a=(2.0, 0.3, 0.5), b=("b", (0.5, 0.1, 0.0)), **line), "line")
+    return found
+
+
+def test_derivatives_by_the_start_of_generalized_alpha_are_those_of_neighbours_that_start() -> None:
+    """Of accelerations, those that the method starts with, and velocities that part from the constraints."""
+    system, change = swinging_pair(), 1e-3  # large: accelerations of neighbours have the round-off of short times
+    assembly = system._assembled()
+    values = {"a.mass": 2.0, "a.inertia.0": 0.1, "line.stiffness": 40.0, "line.damping": 3.0, "gravity.2": -9.81}
+    listed = []
+    for key, at in values.items():
+        sides = [system.with_values({key: at + side * change * abs(at)})._assembled() for side in (1.0, -1.0)]
+        listed.append((key, change * abs(at), Sides.of(assembly, (sides[0], sides[1]), key)))
+    samples = sample_times(0.01)
+    adjoint = Adjoint(lambda: runs.plan(assembly, samples, method=ALPHA, step=2e-3)[0], listed)
+    assert adjoint.run()[0] == "success"
+    n, rng = adjoint.n_v, np.random.default_rng(1)
+    by_start = np.zeros((3, 4 * n + 1))
+    for k in range(3):
+        by_start[k, (3 - k) * n : (4 - k) * n] = rng.uniform(-1.0, 1.0, n)
+    found = adjoint._by_start(by_start, adjoint._linear(3))
+    resolves = int(adjoint.start[2].loop.resolves)
+    assert resolves == 1
+    compared = by_start @ np.array([adjoint._begin_beside(one, resolves) for one in adjoint.parameters]).T
+    for own, other, within in zip(found, compared, (1e-6, 1e-5, 1e-3), strict=True):
+        np.testing.assert_allclose(own, other, rtol=0.0, atol=within * np.abs(other).max())
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "change", "within"),
@@ -72,3 +119,30 @@ def test_a_law_of_a_motor_is_refused_by_the_adjoint() -> None:
     found.add(parts.Motor(joint="hinge", law="0.2 - 0.1*v"), "second")
     with pytest.raises(InputError, match="motors have a law, which the adjoint does not support"):
         found.sensitivity("hinge.angle.last", "wheel.inertia", until=0.1, step=0.01, method=ALPHA, mode="adjoint")
+
+
+def test_a_key_may_be_changed_to_what_the_first_of_the_variants_has() -> None:
+    """A changed system is told by what it differs in from the first one, of which the derived one is a variant."""
+    settings: dict[str, Any] = {"until": 0.1, "step": 0.01, "method": ALPHA, "mode": "adjoint", "check": False}
+    keys = ["m0.mass", "s1.stiffness"]
+    first = masses_in_a_row(2).with_values({"m0.mass": 1.0 + CHANGE})
+    first._assembled()
+    variant, alone = first.with_values({"m0.mass": 1.0}), masses_in_a_row(2)
+    found, compared = (
+        one.sensitivity("m1.position.x.last", keys, **settings).dataset.derivative for one in (variant, alone)
+    )
+    np.testing.assert_array_equal(found, compared)
+
+
+def test_colours_of_a_plate_follow_from_its_elements() -> None:
+    """Six coordinates of each of the nine nodes around one: no more than the largest set of them with an equation."""
+    material = elements.Material(young_modulus=2e7, poisson_ratio=0.3, density=1000.0)
+    found = System()
+    found.add(parts.Shell(size=(1.0, 1.0), elements=(6, 6), thickness=0.01, material=material), "plate")
+    equations = equations_of(found._assembled())
+    assert max(len(own) for own in equations) == 54
+    groups = coloured(equations, range(len(equations)))
+    assert len(groups) == 54
+    for own in groups:
+        rows = np.concatenate([equations[j] for j in own])
+        assert np.unique(rows).size == rows.size

@@ -10,15 +10,18 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from evolvent.analysis import trees
+from evolvent.assembly import needs
+from evolvent.assembly.assembled import Assembly
+from evolvent.assembly.variants import Changes
 from evolvent.kernels.blocks import displace
 from evolvent.results.kept import Kept, kept_of, reduce, split
 from evolvent.solvers.common.laws import law_failure
 from evolvent.solvers.sensitivity.adjoint import Adjoint
-from evolvent.solvers.sensitivity.patches import Sides
+from evolvent.solvers.sensitivity.patches import Patch, Sides, restore
 from evolvent_base.errors import EvolventError, InputError, RunFailed
 
 if TYPE_CHECKING:
-    from evolvent.assembly.assembled import Assembly
+    from evolvent.analysis.composition import Composition
     from evolvent.solvers.common.solution import Solution
 
 Array = np.ndarray
@@ -28,7 +31,7 @@ CHANGE, MOVE, RATE = 1e-6, 1e-5, 1e-4
 #: them is left at half the distance.
 BENT, ROUND_OFF, KINK = 0.2, 1e-10, 0.4
 #: Keys of which each is tried alone, whether a value depends on it.
-FEW = 2
+FEW = 1
 #: Coordinates and rates of which each is tried, whether a value is a function of it.
 FEW_COORDINATES = 50
 #: What a solution keeps beside its states and the balance.
@@ -36,11 +39,67 @@ LOST = ("acceleration", "la", "forces", "points", "momenta")
 
 
 class Changed(NamedTuple):
-    """A key: its name, its change to both sides, and the systems with it larger and smaller."""
+    """A key: its name, its change to both sides, and what the systems with it larger and smaller have changed."""
 
     name: str
     change: float
-    systems: tuple[Assembly, Assembly]
+    sides: Sides
+
+
+class ChangedNumbers:
+    """What keys change in the model of a system.
+
+    A changed system of which records and parameters alone differ, and that starts as the system does, is not assembled:
+    its numbers are written into one model of the first system, which serves all of them.
+
+    Parameters
+    ----------
+    system, assembly : the system, and as it is assembled
+    """
+
+    def __init__(self, system: Composition, assembly: Assembly) -> None:
+        self._system, self._base, self._variants = system, assembly, system._variants
+        self._scratch: Any = None
+
+    def of(self, changed: Composition) -> Changes | Assembly:
+        """What differs in a changed system, which is assembled only where more than numbers may.
+
+        Raises
+        ------
+        InputError
+            Where it cannot be assembled.
+        """
+        variants, found = self._variants, None
+        starts_alike = not (self._system.sections or changed.sections)
+        if variants is not None and starts_alike and self._base.touched is not None:
+            found = variants.changes(changed._gravity, changed.parts)
+        return changed._assembled() if found is None else found
+
+    def sides(self, name: str, up: Changes | Assembly, down: Changes | Assembly) -> Sides:
+        """What a key changes, by what differs in the systems with it larger and smaller.
+
+        Raises
+        ------
+        InputError
+            As of `Patch.between`.
+        """
+        (above, y), (below, y_below) = (self._side(name, one) for one in (up, down))
+        return Sides((above, below), (y, y_below))
+
+    def _side(self, name: str, found: Changes | Assembly) -> tuple[Patch, Array]:
+        if isinstance(found, Assembly):
+            return Patch.between(self._base, found, name), found.y
+        assert self._variants is not None
+        first, arrays = self._variants.first.model, self._base.touched or frozenset()
+        if self._scratch is None:
+            self._scratch = first.copy()
+            needs.note_alike(first, self._scratch)
+        touched = self._variants.write(found, self._scratch)
+        try:
+            patch = Patch.in_arrays(self._base.model, self._scratch, sorted(touched | arrays), name)
+        finally:
+            restore(first, self._scratch, touched)
+        return patch, self._base.y
 
 
 @dataclasses.dataclass(frozen=True)
@@ -80,7 +139,7 @@ def gradient(
     InputError, RunFailed
         As of `evolvent.System.sensitivity`.
     """
-    adjoint = Adjoint(make, [(key.name, key.change, Sides.of(assembly, key.systems, key.name)) for key in keys])
+    adjoint = Adjoint(make, keys)
     try:
         status, message = adjoint.run(progress)
     except EvolventError:
@@ -146,7 +205,8 @@ def _own_change(
                 tried += [some[: len(some) // 2], some[len(some) // 2 :]]
             continue
         for j in some:
-            sides = [weights[samples] @ _series(chosen, variable, one)[1:] for one in keys[j].systems]
+            ends = [together({j: side * keys[j].change}) for side in (1.0, -1.0)]
+            sides = [weights[samples] @ _series(chosen, variable, one)[1:] for one in ends]
             found[j] = (sides[0] - sides[1]) / (2.0 * keys[j].change)
     return found
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import lazy_loader as lazy
@@ -242,13 +242,13 @@ def _by_adjoint(
         kept = _kept(solution, values)
         return kept, np.array([_number(kept, name) for name in values])
 
-    change = gradient.CHANGE
-    keys = [
-        gradient.Changed(
-            key.name, change * key.size, (_changed(system, key, change), _changed(system, key, -change))
-        )
-        for key in of
-    ]  # fmt: skip
+    change, numbers = gradient.CHANGE, gradient.ChangedNumbers(system, assembly)
+    keys = []
+    for key in of:
+        with _on_both_sides(key):
+            d = change * key.size
+            up, down = (numbers.of(variation.with_values(system, key.at(side * d))) for side in (1.0, -1.0))
+        keys.append(gradient.Changed(key.name, d, numbers.sides(key.name, up, down)))
 
     def together(changes: Mapping[int, float]) -> Assembly:
         values = {name: value for k, d in changes.items() for name, value in of[k].at(d).items()}
@@ -367,8 +367,15 @@ def _names(what: str, given: Any) -> list[str]:
 
 def _changed(system: Composition, key: Key, side: float) -> Assembly:
     """The system with a key changed to one side, assembled."""
-    try:
+    with _on_both_sides(key):
         return variation.with_values(system, key.at(side * key.size))._assembled()
+
+
+@contextlib.contextmanager
+def _on_both_sides(key: Key) -> Iterator[None]:
+    """State that a derivative by a key needs values on both sides, where a system with one is refused."""
+    try:
+        yield
     except InputError as error:
         raise InputError(
             f"a derivative by {key.name!r}, which is {key.value:g} {key.unit}, needs values on both sides: {error}"

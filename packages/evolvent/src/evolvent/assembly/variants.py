@@ -136,6 +136,12 @@ class Variants:
         """A copy, also in another process, assembles its first system whole."""
         return Variants, ()
 
+    @property
+    def first(self) -> Assembly:
+        """The first system, which is not to be changed."""
+        assert self._base is not None
+        return self._base.assembly
+
     def assembled(self, gravity: Array, parts: Mapping[str, Any]) -> Assembly | None:
         """The assembly of parts by name, from that of the first system; None where they must be assembled whole."""
         base, found = self._base, self.changes(gravity, parts)

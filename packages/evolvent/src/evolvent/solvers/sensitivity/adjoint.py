@@ -7,7 +7,6 @@ changed one by one.
 
 from __future__ import annotations
 
-import ctypes
 import dataclasses
 import math
 from collections.abc import Callable, Sequence
@@ -20,12 +19,15 @@ from evolvent.algebra.sparse import INNER
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.equations.implicit import residual
+from evolvent.equations.step_end import start_run
 from evolvent.kernels.blocks import displace
 from evolvent.model.registry import asked, cubic
 from evolvent.solvers.common.matrices import matrix_for
-from evolvent.solvers.sensitivity import recorded_energy_steps, recorded_steps
-from evolvent.solvers.sensitivity.adjoint_events import Jump, Jumps, Parameter, carried, difference, state_of
+from evolvent.solvers.sensitivity import adjoint_start, recorded_energy_steps, recorded_steps
+from evolvent.solvers.sensitivity.adjoint_events import Jump, Jumps, Parameter, between, carried, difference, state_of
+from evolvent.solvers.sensitivity.adjoint_start import Start
 from evolvent.solvers.sensitivity.adjoint_support import by_rates, check, depends_on_time
+from evolvent.solvers.sensitivity.colours import coloured, equations_of, joined
 from evolvent.solvers.sensitivity.patches import Patch, Sides
 from evolvent.solvers.sensitivity.recorded_steps import (
     FULL,
@@ -53,7 +55,7 @@ from evolvent.solvers.time.implicit.messages import reason
 from evolvent.solvers.time.implicit.methods import METHODS
 from evolvent.solvers.time.implicit.run import ImplicitRun
 from evolvent.solvers.time.implicit.setup import stops_of
-from evolvent.solvers.time.implicit.workspace import BUDGET, DONE, SAMPLED, STOPPED
+from evolvent.solvers.time.implicit.workspace import BUDGET, DONE, STOPPED
 from evolvent_base.errors import InputError
 
 Array = np.ndarray
@@ -78,6 +80,15 @@ def _stops(base: Assembly, patch: Patch, times: Array) -> Array:
     return stops_of(dataclasses.replace(base, model=model), times)
 
 
+def _differ(both: Array, alone: Array, middle: Array, n_v: int) -> bool:
+    """Whether equations are not linear in what a parameter changes: forces and constraints have other sizes."""
+    for own in (slice(0, n_v), slice(n_v, None)):
+        same = EVEN * np.abs(both[own]).max(initial=0.0) + ROUND_OFF * np.abs(middle[own]).max(initial=0.0)
+        if np.any(np.abs(both[own] - alone[own]) > same):
+            return True
+    return False
+
+
 class OtherEquations(Exception):
     """A parameter changes other equations than at the start, in a group with others."""
 
@@ -94,7 +105,6 @@ class Adjoint:
     ----------
     lead : ImplicitRun; parameters : list of Parameter
     parts : list of (RecordedSteps, number of steps, Model at them) and Jump, in the order of time
-    begins : (m, parameters) float, derivatives of the state with which the run starts
     """
 
     def __init__(self, make: Callable[[], Any], parameters: Sequence[tuple[str, float, Sides]]) -> None:
@@ -134,16 +144,15 @@ class Adjoint:
         ]
         if self.lead.midpoint:
             roots += [recorded_energy_steps.evaluate, recorded_energy_steps.pull_back]
-            self.colours = recorded_energy_steps.colours_of(model, self.room)
+            self.colours = recorded_energy_steps.colours_of(base)
         else:
-            roots += [implicit_loop.restart, recorded_steps.pull_back]
+            roots += [implicit_loop.restart, recorded_steps.pull_back, adjoint_start.pull_back_start]
         for run in (self.lead, self.middle):
             needs.load(run.model, *roots, without=others)
         self.jumps = Jumps(self.lead, self.middle, self.room, self.parameters)
         self.parts: list[tuple[RecordedSteps, int, Any] | Jump] = []
         self.bytes = 0
         self.shifted, self.timed = False, depends_on_time(model)
-        self.begins = np.zeros(((2 + len(carried(self.lead.work))) * self.n_v + 1, len(self.parameters)))
 
     # -------------------------------------------------------------------------------------------- forwards
 
@@ -161,7 +170,7 @@ class Adjoint:
             return "failed", failure
         if model.info.redundant or self.lead.model.info.redundant:
             raise InputError("constraints are redundant, which the adjoint does not support; take mode 'forward'")
-        self._begin_neighbours(model, work)
+        self.start = model, work, self.lead.work.copy()
         self._group()
         lead, recorded, code = self.lead, self._new_record(), BUDGET
         self._at_steps = lead.model.copy()
@@ -221,29 +230,15 @@ class Adjoint:
             )
         return self._new_record()
 
-    def _begin_neighbours(self, model: Any, work: Any) -> None:
-        """Derivatives of the start by the parameters."""
-        own, start = model.copy(), work.copy()
-        moves = own.moves(model) + start.moves(work, without=SAMPLED)
-        for k, one in enumerate(self.parameters):
-            sides = []
-            for patch, y in zip(one.sides.patches, one.sides.starts, strict=True):
-                for move in moves:
-                    ctypes.memmove(*move)
-                patch.write(own)
-                start.y[:], start.loop.follows = y, self.lead.work.loop.resolves
-                if implicit_loop.begin(own, self.room, start) != DONE:
-                    raise InputError(f"with {one.name!r} a little larger or smaller the run does not start")
-                sides.append(state_of(start, model))
-            self.begins[:, k] = difference(sides[0], sides[1], 0.5 / one.change, model)
-
     def _group(self) -> None:
         """Parameters that change different equations in one group, by states about the start at times of the run."""
         rng, work, model, scratch = np.random.default_rng(0), self.lead.work, self.lead.model.copy(), self.middle.work
         n_q, n_v, h = int(model.info.nq), self.n_v, float(self.lead.work.loop.step)
+        wide = {}
         for one in self.parameters:
-            one.patches, one.change_of_rows = (Patch.along(*one.sides.patches, 0.5 * WIDER),), WIDER * one.change
-        along = [one.patches for one in self.parameters]
+            wide[one.name] = Patch.along(*one.sides.patches, 0.5 * WIDER)
+            one.patches, one.change_of_rows = (wide[one.name],), WIDER * one.change
+        sets = [[one] for one in self.parameters]
         for t in np.linspace(float(self.lead.reached), float(work.samples[-1]), TRIALS).tolist():
             y, size = work.y.copy(), 1e-2 * work.weight[:n_v]
             displace(work.y, size * rng.uniform(-1, 1, n_v), False, self.lead.model, y)
@@ -251,32 +246,45 @@ class Adjoint:
             scratch.y0[:], scratch.dq[:] = y, size * rng.uniform(-1, 1, n_v)
             a, la = rng.uniform(-1, 1, n_v), rng.uniform(-1, 1, work.la.size)
             middle = self._residual(t, h, y, a, la, model)
-            for one, wide in zip(self.parameters, along, strict=True):
-                sides = []
-                for patch in (*one.sides.patches, *wide):
-                    patch.write(model)
+            while sets:
+                some, sides = sets.pop(), []
+                for patches in zip(*((*one.sides.patches, wide[one.name]) for one in some), strict=True):
+                    for patch in patches:
+                        patch.write(model)
                     sides.append(self._residual(t, h, y, a, la, model))
-                    patch.undo(model)
-                both, alone, size = 0.5 * (sides[0] - sides[1]), (sides[2] - middle) / WIDER, np.abs(middle)
-                one.rows |= sides[0] != sides[1]
-                for own in (slice(0, n_v), slice(n_v, None)):  # forces and constraints have other sizes
-                    same = EVEN * np.abs(both[own]).max(initial=0.0) + ROUND_OFF * size[own].max(initial=0.0)
-                    if np.any(np.abs(both[own] - alone[own]) > same):
+                    for patch in patches:
+                        patch.undo(model)
+                differ = sides[0] != sides[1]
+                if len(some) > 1 and np.any(differ & ~np.any([one.rows for one in some], axis=0)):
+                    sets += [[one] for one in some]
+                    continue
+                both, alone = 0.5 * (sides[0] - sides[1]), (sides[2] - middle) / WIDER
+                for one in some:
+                    mine = one.rows if len(some) > 1 else np.ones(self.n_u, dtype=bool)
+                    one.rows |= differ & mine
+                    if _differ(both * mine, alone * mine, middle, n_v):
                         one.patches, one.change_of_rows = one.sides.patches, one.change
+            sets = self._alike()
+        for own in sets:
+            if not np.any(own[0].rows):  # where it may change others later
+                own[0].patches, own[0].change_of_rows = own[0].sides.patches, own[0].change
+            if len(own) == 1:
+                own[0].rows[:] = True
+
+    def _alike(self) -> list[list[Parameter]]:
+        """Give each parameter its group, of parameters that change other equations; the parameters of each."""
         taken: list[tuple[int, Array]] = []
+        found: list[list[Parameter]] = []
         for one in self.parameters:
-            if not np.any(one.rows):
-                one.rows[:], one.patches, one.change_of_rows = True, one.sides.patches, one.change
-            sides_of = len(one.patches)
-            alike = (k for k, (count, rows) in enumerate(taken) if count == sides_of and not np.any(rows & one.rows))
+            sides_of, own = len(one.patches), one.rows if np.any(one.rows) else np.ones(self.n_u, dtype=bool)
+            alike = (k for k, (count, rows) in enumerate(taken) if count == sides_of and not np.any(rows & own))
             one.group = next(alike, len(taken))
             if one.group == len(taken):
                 taken.append((sides_of, np.zeros(self.n_u, dtype=bool)))
-            taken[one.group][1][:] |= one.rows
-        groups = [one.group for one in self.parameters]
-        for one in self.parameters:
-            if groups.count(one.group) == 1:
-                one.rows[:] = True
+                found.append([])
+            taken[one.group][1][:] |= own
+            found[one.group].append(one)
+        return found
 
     def _residual(self, t: float, h: float, y: Array, a: Array, la: Array, model: Any) -> Array:
         """Equations of a state, or of energy-momentum of a step from `middle.work.y0` with the increments there."""
@@ -336,7 +344,7 @@ class Adjoint:
         ------
         OtherEquations
         """
-        n, m, lead = by_sample.shape[0], self.begins.shape[0], self.lead
+        n, m, lead = by_sample.shape[0], (2 + len(carried(self.lead.work))) * self.n_v + 1, self.lead
         now, found = np.zeros((n, m)), np.zeros((n, len(self.parameters)))
         states, move, event = np.zeros((4, lead.work.y.size)), np.zeros(self.n_v), by_event.shape[1]
         seeded = np.flatnonzero(np.any(by_sample, axis=(0, 2)))
@@ -379,12 +387,69 @@ class Adjoint:
             by_group = rows.reshape(n, -1, self.n_u)
             for k, one in enumerate(self.parameters):
                 found[:, k] -= np.sum(by_group[:, one.group] * one.rows, axis=1) / one.change_of_rows
+        now[:, : 2 * self.n_v] += by_sample[:, 0]
+        found += self._by_start(now, linear)
         for one in self.parameters:
             own_rows = [other.rows for other in self.parameters if other.group == one.group]
             if len(own_rows) > 1 and np.any((linear.changes[one.group] != 0) & ~np.any(own_rows, axis=0)):
                 raise OtherEquations(one.name)
-        now[:, : 2 * self.n_v] += by_sample[:, 0]
-        return found + now @ self.begins
+        return found
+
+    def _by_start(self, now: Array, linear: Linear) -> Array:
+        """Derivatives by parameters, (values, parameters), from those by the state with which the run starts.
+
+        Of energy-momentum that is the state of the plan. Of generalized-alpha its accelerations follow from the
+        equations; where a parameter also changes the state of the plan, its neighbours start.
+        """
+        found, (_, work, after) = np.zeros((now.shape[0], len(self.parameters))), self.start
+        still = [all(np.array_equal(y, work.y) for y in one.sides.starts) for one in self.parameters]
+        rows = np.zeros((0, self.n_u))
+        if not self.lead.midpoint and linear.M.size and any(still):
+            rows = self._rows_of_start(now, linear)
+        by_group = rows.reshape(now.shape[0], -1, self.n_u)
+        for k, (one, same) in enumerate(zip(self.parameters, still, strict=True)):
+            if self.lead.midpoint:
+                up, down = one.sides.starts
+                change = between(up, down, self.lead.model) * (0.5 / one.change)
+                found[:, k] = now[:, : 2 * self.n_v] @ change
+            elif same and rows.size:
+                found[:, k] = np.sum(by_group[:, one.group] * one.rows, axis=1) / -one.change_of_rows
+            else:
+                found[:, k] = now @ self._begin_beside(one, int(after.loop.resolves))
+        return found
+
+    def _rows_of_start(self, now: Array, linear: Linear) -> Array:
+        """Products of the equations of the start by groups of parameters with their solutions, as of `pull_back`."""
+        (given, before, after), n = self.start, now.shape[0]
+        model, work = given.copy(), after.copy()
+        models, addresses = self._changed_models(model)
+        for own in (model, *models):
+            start_run(float(work.loop.time), 1.0, 0.0, before.y, own, work.booked)
+        equations = [one[one >= self.n_v] for one in equations_of(self.lead.plan.assembly)]
+        starts, columns = joined(coloured(equations, (j for j in range(self.n_v) if equations[j].size)))
+        first, rows = joined([equations[j] for j in columns])
+        start = Start(
+            y=before.y.copy(), A=after.dv1.copy(), la=after.la.copy(), starts=starts, columns=columns, first=first,
+            rows=rows, near=np.zeros((3, before.y.size)), beside=np.zeros((2, self.n_u)), back=np.zeros((n, self.n_v)),
+            jerk=np.zeros((n, self.n_v)), scratch=np.zeros((adjoint_start.N_ROWS, self.n_u)),
+        )  # fmt: skip
+        found = np.zeros((n * self._sides().size, self.n_u))
+        if adjoint_start.pull_back_start(model, addresses, work, self.room, self.transposed, linear, start, now, found):
+            raise InputError("the start has no derivative; take mode 'forward'")
+        return found
+
+    def _begin_beside(self, one: Parameter, resolves: int) -> Array:
+        """Derivatives of the start by a parameter, (m,), by neighbours."""
+        model, work, _ = self.start
+        sides = []
+        for patch, y in zip(one.sides.patches, one.sides.starts, strict=True):
+            own, start = model.copy(), work.copy()
+            patch.write(own)
+            start.y[:], start.loop.follows = y, resolves
+            if implicit_loop.begin(own, self.room, start) != DONE:
+                raise InputError(f"with {one.name!r} a little larger or smaller the run does not start")
+            sides.append(state_of(start, model))
+        return difference(sides[0], sides[1], 0.5 / one.change, model)
 
     def _sides(self) -> Array:
         """Neighbours that are evaluated of each group, (groups,) int."""

@@ -11,14 +11,13 @@ from evolvent.compiled import lookups
 from evolvent.model.family import some
 from evolvent.model.questions import AdjointSupport
 from evolvent.model.registry import cubic, families, whole
-from evolvent.solvers.common.matrices import matrix_for
 from evolvent.solvers.sensitivity import recorded_energy_steps
 from evolvent_base.errors import InputError
 
 Array = np.ndarray
 #: Estimated times beside that of a run, of `cost`; and evaluations of the equations in the time of a step of
 #: energy-momentum.
-BACK, BY_VALUE, BY_KEY, EVALUATIONS = 6.0, 0.5, 0.1, 16.0
+BACK, BY_VALUE, BY_KEY, EVALUATIONS = 6.0, 0.5, 0.05, 16.0
 
 
 def check(plan: Any) -> None:
@@ -69,7 +68,7 @@ def cost(plan: Any, values: int, keys: int) -> float:
     check(plan)
     found = BACK + BY_VALUE * (values - 1) + BY_KEY * keys
     if plan.options.midpoint:
-        colours = recorded_energy_steps.colours_of(plan.assembly.model, matrix_for(plan.assembly))
+        colours = recorded_energy_steps.colours_of(plan.assembly)
         every = (int(colours.moving[0]) + colours.starts.size - 1) * int(colours.inexact[0])
         found += every * len(colours.stencil) / EVALUATIONS
     return float(found)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import dataclasses
 import functools
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -48,6 +49,12 @@ def _words(value: Any) -> Array:
     return np.frombuffer(buffer, dtype=np.int64)
 
 
+def restore(base: Struct, changed: Struct, arrays: Iterable[str]) -> None:
+    """Give some arrays of a changed model the numbers that they have in another one."""
+    for key in arrays:
+        _words(getattr(changed, key))[:] = _words(getattr(base, key))
+
+
 @dataclasses.dataclass(frozen=True)
 class Patch:
     """Numbers of a model that a parameter changes.
@@ -73,13 +80,17 @@ class Patch:
         InputError
             Where the parameter changes what the model is made of.
         """
-        found = []
         known = base.shared is not None and base.shared is changed.shared
         both = None if not known or base.touched is None or changed.touched is None else base.touched | changed.touched
-        for key, value in base.model._asdict().items():
-            if both is not None and key not in both:
-                continue
-            before, after = _words(value), _words(getattr(changed.model, key))
+        return cls.in_arrays(base.model, changed.model, base.model._asdict() if both is None else both, name)
+
+    @classmethod
+    def in_arrays(cls, base: Struct, changed: Struct, arrays: Iterable[str], name: str) -> Patch:
+        """What differs between some arrays of two models; as of `between`."""
+        found = []
+        for key in arrays:
+            value = getattr(base, key)
+            before, after = _words(value), _words(getattr(changed, key))
             if before.size != after.size:
                 raise InputError(f"{name!r} changes what the system is made of, by which there is no derivative")
             at = np.flatnonzero(before != after)

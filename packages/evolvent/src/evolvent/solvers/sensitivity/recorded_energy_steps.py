@@ -40,6 +40,7 @@ from evolvent.kernels.rotations import cross
 from evolvent.model import MODEL
 from evolvent.model.family import every
 from evolvent.model.registry import cubic, whole
+from evolvent.solvers.sensitivity.colours import coloured, equations_of, joined
 from evolvent.solvers.sensitivity.recorded_steps import (
     CHANGE,
     CHI,
@@ -361,41 +362,20 @@ def is_mirrored(model):
     return all(support is not None and every(support.mirrored, found) for support, found in own if found.size)
 
 
-def colours_of(model, matrix):
-    """Colours of the coordinates of a model by the pattern of its matrix: `Colours`; not compiled."""
-    n_v, table, later, unknown = int(model.info.nv), matrix.table, matrix.later, matrix.unknown
-    n_u = n_v + model.constraints.size
-    own = [unknown[row[sparse.START] : row[sparse.START] + row[sparse.SIZE]] for row in table]
-    beside = [{b} for b in range(len(own))]
-    for b, row in enumerate(table):
-        for other in later[row[sparse.FIRST] : row[sparse.FIRST] + row[sparse.COUNT], sparse.BLOCK]:
-            beside[b].add(int(other))
-            beside[int(other)].add(b)
-    rows = np.empty(n_u, dtype=object)
-    for b, others in enumerate(beside):
-        for j in own[b]:
-            rows[j] = np.sort(np.concatenate([own[k] for k in sorted(others)]))
-    taken: list = []
-    members: list = []
-    coordinates = 0
-    for j in range(n_u):
-        coordinates = len(taken) if j == n_v else coordinates
-        free = (k for k, used in enumerate(taken) if k >= coordinates and not np.any(used[rows[j]]))
-        k = next(free, len(taken))
-        if k == len(taken):
-            taken.append(np.zeros(n_u, dtype=bool))
-            members.append([])
-        taken[k][rows[j]] = True
-        members[k].append(j)
-    none = np.zeros(0, dtype=np.int64)
-    starts, first = ([0, *(len(one) for one in of)] for of in (members, rows))
+def colours_of(assembly):
+    """Colours of the coordinates of a model by the ends of its forces: `Colours`; not compiled."""
+    model, equations = assembly.model, equations_of(assembly)
+    n_v, n_u = int(model.info.nv), len(equations)
+    moving = coloured(equations, range(n_v))
+    starts, columns = joined([*moving, *coloured(equations, range(n_v, n_u))])
+    first, rows = joined(equations)
     return Colours(
-        starts=np.cumsum(starts),
-        columns=np.concatenate([*members, none]).astype(np.int64),
-        first=np.cumsum(first),
-        rows=np.concatenate([*rows, none]).astype(np.int64),
+        starts=starts,
+        columns=columns,
+        first=first,
+        rows=rows,
         inexact=np.array([0 if is_mirrored(model) else 1]),
-        moving=np.array([coordinates if n_u > n_v else len(taken)]),
+        moving=np.array([len(moving)]),
         stencil=np.array(STENCILS[1 if cubic(model) else 0]),
         base=np.zeros(int(model.info.ny)),
         move=np.zeros(n_v),

@@ -20,6 +20,8 @@ from evolvent.kernels.blocks import ROTATION
 
 #: Corrections of a solution at most, where they have converged, and below which they may be round-off.
 MOST, CONVERGED, ROUNDED = 16, 1e-12, 1e-9
+#: What the next correction may leave beside what the rate of the last two says.
+SAFE = 10.0
 #: `Linear.pace`: work of a factorisation, in corrections; those that fresh factors take, of one value; those of the
 #: steps since, beyond these; steps since, 0 where there are no factors; and steps for which each is factored.
 FACTOR, FRESH, BEYOND, SINCE, EACH, N_PACE = 0, 1, 2, 3, 4, 5
@@ -282,7 +284,9 @@ def solve_transposed(dq, c_mass, W, linear, matrix, model):
         count += 1
         if not math.isfinite(change) or count > MOST:
             return 0
-        if change <= CONVERGED * largest or (change > 0.5 * last and change <= ROUNDED * largest):
+        before = last if last < math.inf else largest
+        left = change * min(1.0, SAFE * change / before) if before > 0.0 else change  # by the rate of the corrections
+        if left <= CONVERGED * largest or (change > 0.5 * last and change <= ROUNDED * largest):
             break
         last = change
     multiply_mass(linear, W, parts[2])
