@@ -82,7 +82,7 @@ class RunsPanel:
 
     def list(self) -> None:
         """List the runs of the folder again, where they are others."""
-        files = self.studio.folder.files(".nc")
+        files = self.studio.folder.runs()
         if files == self._files:
             return
         self._files = files
