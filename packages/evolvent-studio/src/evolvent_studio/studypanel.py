@@ -7,6 +7,7 @@ import contextlib
 import dataclasses
 import pathlib
 import tempfile
+from collections.abc import Sequence
 from typing import Any
 
 from nicegui import ui
@@ -144,7 +145,7 @@ class StudyPanel:
                     link.on("click", lambda n=name: self._show_results(n))
             ui.label("write and run").classes("ev-h")
 
-    def _results(self) -> list[str]:
+    def _results(self) -> Sequence[str]:
         """The folders with results of what the panel writes."""
         return self.studio.folder.studies(dispersed=self.kind is DISPERSIONS)
 

@@ -12,7 +12,7 @@ const formatted = (x) => {
 };
 
 const PEN = document.createElement("canvas").getContext("2d");
-const MARK = 26, GAP = 10, LINE = 23, MOST_LINES = 4;  // of a legend, in pixels
+const MARK = 26, GAP = 10, LINE = 21, MOST_LINES = 6;  // of a legend, in pixels
 // How a legend stands in a box: beside the name of the y axis or above it, in how many lines, and whether it is scrolled.
 const legendIn = (width, { show, wide, data }) => {
   if (!show) return { wide: false, lines: 0, scrolled: false };
