@@ -18,7 +18,9 @@ import evolvent
 from evolvent import results
 
 FOLDER = pathlib.Path(__file__).parent
-sys.path[0] = str(FOLDER.parents[1] / "tests")  # in place of this folder, whose studio.py hides the tests' package
+sys.path[0] = str(
+    FOLDER.parents[1] / "packages" / "evolvent-studio" / "tests"
+)  # in place of this folder, whose studio.py hides the tests' package
 
 from studio.serving import ARGUMENTS, choose, chromium, part, serving  # noqa: E402
 

@@ -73,6 +73,10 @@ def test_show_with_parts_written_out(call, tmp_path):
     content = cases.parse_yaml(out, "out")
     assert [part["mass"] for part in content["parts"].values()] == ["200 g", "300 g"]
     assert cases.load(content) == cases.load(tmp_path / "row.yaml")
+    ring = "ball: {kind: point, mass: 200 g, position: [1 m, 0, 0], repeat: {count: 4, axis: [0, 0, 1]}}"
+    (tmp_path / "ring.yaml").write_text(f"parts: {{{ring}}}\nsimulate: {{until: 1 s}}\n")
+    content = cases.parse_yaml(call("show", "ring.yaml", "--expand")[1], "out")
+    assert [part["position"] for part in content["parts"].values()][1:] == [[0, 1, 0], [-1, 0, 0], [0, -1, 0]]
 
 
 def test_parts_and_their_keys(call):
@@ -82,7 +86,9 @@ def test_parts_and_their_keys(call):
     for kind in kinds():
         code, out, _ = call("parts", kind)
         assert code == 0
-        assert set(kinds()[kind].model_fields) - {"kind"} <= set(re.findall(r"^(\w+)", out, re.MULTILINE))
+        keys = {key for line in re.findall(r"^(?:\w+, )*\w+", out, re.MULTILINE) for key in line.split(", ")}
+        assert set(kinds()[kind].model_fields) - {"kind"} <= keys
+        assert not re.search(r"`[A-Z]|evolvent\.\w+\.", out)  # kinds and keys, no classes of Python
     out = " ".join(call("parts", "beam")[1].split())
     assert "length [m], required Length of the axis without stress." in out
     assert "rectangle: {thickness, width}; tube: {radius, thickness}" in out

@@ -15,7 +15,7 @@ from evolvent_base.schema import Section
 #: Modules whose `__all__` is the public interface; classes stand for their methods, but sections for their keys.
 PUBLIC = (
     "evolvent", "evolvent.design.studies", "evolvent.design.dispersions", "evolvent.design.optimization",
-    "evolvent.design.calibration", "evolvent_massprops",
+    "evolvent.design.calibration", "evolvent.closed_forms", "evolvent_massprops",
 )  # fmt: skip
 #: Sections one of which says what comes back.
 BACK = ("Returns", "Yields")

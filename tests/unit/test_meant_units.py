@@ -50,7 +50,7 @@ def test_nothing_is_guessed(unit, given):
 
 
 def test_the_sentence_of_a_part():
-    with pytest.raises(InputError, match=r"Load\.torque.*'5 Nm'.*'Nm' is a unit of something else; did you mean 'N m'"):
+    with pytest.raises(InputError, match=r"Load\.torque.*'5 Nm'.*'Nm' joins units without a space; did you mean 'N m'"):
         parts.Load(at="x", torque=(0, 0, "5 Nm"))
     with pytest.raises(InputError, match="did you mean 'N m s'"):
         parts.JointSpring(a="ground", b="x", damping="5 Nms")

@@ -160,6 +160,8 @@ def test_the_usual_largest_force_is_a_fifth_of_the_reach():
     assert motion.reach == 5.0
     assert 3.0 * motion.arrow_scale("N") == pytest.approx(1.0)
     assert motion.arrow_scale("N m") == 0.0
+    of_nothing = dataclasses.replace(motion, forces=[Forces(name="f", points=points, vectors=1e-30 * vectors)])
+    assert of_nothing.arrow_scale("N") == 0.0
 
 
 def test_units():

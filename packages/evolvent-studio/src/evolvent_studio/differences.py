@@ -28,10 +28,16 @@ def _unit(words: tuple[str, ...]) -> str:
     return ""
 
 
+def _numbers(text: str) -> list[re.Match[str]]:
+    """The numbers of a text; those of names, which stand in quotes, are none."""
+    names = [match.span() for match in re.finditer(r"'[^']*'", text)]
+    return [one for one in _NUMBER.finditer(text) if not any(low < one.start() < high for low, high in names)]
+
+
 def _parsed(text: str) -> tuple[list[str], list[float], list[str]]:
     """What stands between the numbers of a text without their units, the numbers, and the unit of each."""
     between, numbers, of, at = [], list[float](), list[str](), 0
-    found = list(_NUMBER.finditer(text))
+    found = _numbers(text)
     for match in found:
         inside = text.rfind("(", 0, match.start()) > text.rfind(")", 0, match.start())
         end = text.find(")", match.end()) + 1 if inside else match.end()
@@ -84,7 +90,7 @@ def whole(text: str) -> str:
     """A text in which no line ends between a number and its unit."""
     between, _, of = _parsed(text)
     parts, at = [], 0
-    for match, after, unit in zip(_NUMBER.finditer(text), between[1:], of, strict=True):
+    for match, after, unit in zip(_numbers(text), between[1:], of, strict=True):
         end = match.end() + len(after.replace("\0", unit, 1))
         piece = text[at:end]
         if unit:

@@ -24,6 +24,7 @@ from evolvent.design.studies import store
 from evolvent_base import safe_open
 from evolvent_base.errors import InputError, reason_of
 from evolvent_studio import placing, reading
+from evolvent_studio.jobkinds import DISPERSED, REPORT
 from evolvent_studio.listing import Listing, Written
 from evolvent_studio.places import (
     CREATE,
@@ -350,11 +351,27 @@ class Folder:
         except UnicodeDecodeError:
             raise InputError(f"cannot read {name!r}: it is not UTF-8 text") from None
 
-    def studies(self) -> list[str]:
-        """Folders that hold a study."""
-        every = itertools.islice(self._walk(self.root, _DEEP), _LOOKED)
+    def runs(self) -> list[str]:
+        """Files of runs: those of NetCDF but for the results of studies."""
+        studies = {f"{name}/" for name in self.studies()}
+        return [name for name in self.files(".nc") if f"{name.rpartition('/')[0]}/" not in studies]
+
+    def studies(self, *, dispersed: bool | None = None) -> list[str]:
+        """Folders that hold a study.
+
+        Parameters
+        ----------
+        dispersed : bool, whether those with the answer of a dispersion are meant, or the others; all unless given
+        """
+        every = list(itertools.islice(self._walk(self.root, _DEEP), _LOOKED))
         found = {path.parent for path in every if path.name == "study.json"}
-        return sorted(self.name(path) for path in found if path != self.root)
+        with_answer = {path.parent for path in every if path.name == DISPERSED}
+        meant = found if dispersed is None else found & with_answer if dispersed else found - with_answer
+        return sorted(self.name(path) for path in meant if path != self.root)
+
+    def report(self, name: str) -> pathlib.Path | None:
+        """The page with the answer of a dispersion, in its folder; None where there is none."""
+        return self.existing(*name.split("/"), REPORT) if name in self.studies(dispersed=True) else None
 
     def _walk(self, folder: pathlib.Path, deep: int) -> Iterator[pathlib.Path]:
         try:

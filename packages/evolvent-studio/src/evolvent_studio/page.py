@@ -186,8 +186,10 @@ class Page(Context):
 
     def _panel_of(self, ref: str) -> StudyPanel:
         """The panel that writes a study: of a dispersion another than of the others."""
-        job = self.studio.jobs.jobs.get(ref.partition(":")[2])
-        return self.dispersions if job is not None and job.kind == "disperse" else self.studies
+        kind, _, name = ref.partition(":")
+        job = self.studio.jobs.jobs.get(name) if kind == "job" else None
+        dispersed = job.kind == "disperse" if job is not None else name in self.studio.folder.studies(dispersed=True)
+        return self.dispersions if dispersed else self.studies
 
     def _welcome(self) -> None:
         with ui.element("div").classes("ev-empty"):

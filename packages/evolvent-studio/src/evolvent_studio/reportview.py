@@ -33,8 +33,11 @@ class ReportView:
         self.page, self.studio, self._edit = page, page.studio, edit
 
     def draw(self, ref: str) -> None:
-        """Draw the results of a job, or how far it is."""
-        key = ref.partition(":")[2]
+        """Draw the results of a job, or how far it is, or those of a dispersion in a folder."""
+        kind, _, key = ref.partition(":")
+        if kind == "file":
+            self._in_folder(ref, key)
+            return
         job = self.studio.jobs.jobs.get(key)
         if job is None or job.open or self.studio.jobs.report(key) is None:
             draw_job(self.page, key)
@@ -48,8 +51,7 @@ class ReportView:
             ui.element("div").style("flex:1")
             self._change(job, "flat dense")
             if job.kind == "disperse":
-                runs = ui.button("Open its runs", on_click=lambda: self.page.show(View("study", (ref,))))
-                runs.props('flat dense color=primary data-testid="open-runs"')
+                self._runs(ref)
             if job.kind == "calibrate":
                 fitted = ui.button("Open the fitted case", on_click=lambda: self._open_fitted(job))
                 fitted.props('flat dense color=primary data-testid="open-fitted"')
@@ -65,6 +67,22 @@ class ReportView:
                 'data-testid="message"'
             )
         report_frame(ref, job.sort.title, dark=self.studio.dark)
+
+    def _in_folder(self, ref: str, name: str) -> None:
+        """Draw the report of a dispersion in a folder."""
+        with ui.element("div").classes("ev-titlebar").props('data-testid="report-of"'):
+            ui.label(f"Dispersion {name}").classes("ev-h1")
+            ui.element("div").style("flex:1")
+            self._runs(ref)
+            address = f"/studio/report?ref={urllib.parse.quote(ref)}"
+            button = ui.button("Download", on_click=lambda: ui.download(address, filename="dispersion.html"))
+            button.props('outline dense color=primary data-testid="download-report"').style("padding:0 10px")
+        report_frame(ref, "Dispersion", dark=self.studio.dark)
+
+    def _runs(self, ref: str) -> None:
+        """The button that shows the runs of a dispersion."""
+        runs = ui.button("Open its runs", on_click=lambda: self.page.show(View("study", (ref,))))
+        runs.props('flat dense color=primary data-testid="open-runs"')
 
     def _change(self, job: Job, look: str) -> ui.element:
         """The button that opens what a job was made from."""

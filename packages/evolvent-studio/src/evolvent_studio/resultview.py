@@ -84,7 +84,7 @@ class ResultView:
     def _one(self, loaded: Loaded) -> None:
         attrs = loaded.run.attrs
         with ui.element("div").classes("ev-titlebar").props('data-testid="result"'):
-            title = (str(attrs.get("title") or "") if loaded.file else "") or loaded.name
+            title = (show.title_of(loaded.run) if loaded.file else "") or loaded.name
             ui.label(f"Equilibrium {title}" if attrs["method"] == "static" else title).classes("ev-h1")
             if loaded.ref.startswith("job:"):
                 key = loaded.ref.partition(":")[2]

@@ -15,10 +15,12 @@ from evolvent_studio.state import Studio, plain
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-#: Types of files that are kept beside results, by their endings.
 #: What asks in a page whether the browser is dark, and what stands there where the studio is so, or is not.
 _DARK = b"@media screen and (prefers-color-scheme: dark)"
 _LOOKS = {"dark": b"@media screen", "light": b"@media not all"}
+#: What a report may do, which may be of a folder from elsewhere: show its own pictures; it runs and loads nothing.
+_REPORT = "sandbox; default-src 'none'; img-src data:; font-src data:; style-src 'unsafe-inline'"
+#: Types of files that are kept beside results, by their endings.
 _TYPES = {".csv": "text/csv", ".nc": "application/x-netcdf"}
 
 
@@ -79,8 +81,7 @@ def install(app: FastAPI, studio: Studio) -> None:
             path = studio.report(ref)
         except EvolventError as error:
             return _missing(str(error))
-        # a page without its own script; nothing in it may run one
-        headers = {"Content-Security-Policy": "sandbox; script-src 'none'"}
+        headers = {"Content-Security-Policy": _REPORT}
         if look not in _LOOKS:
             return FileResponse(path, media_type="text/html", headers=headers)
         content = path.read_bytes().replace(_DARK, _LOOKS[look])

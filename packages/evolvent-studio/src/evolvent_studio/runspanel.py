@@ -82,7 +82,7 @@ class RunsPanel:
 
     def list(self) -> None:
         """List the runs of the folder again, where they are others."""
-        files = self.studio.folder.files(".nc")
+        files = self.studio.folder.runs()
         if files == self._files:
             return
         self._files = files
@@ -137,9 +137,13 @@ class RunsPanel:
                 ui.label(changed).classes("ev-changes").tooltip(whole)
             date = date_text(job)
             with ui.element("div").classes("ev-sub"):
-                if date:
-                    ui.label(f"{date}, ").classes("ev-date")
-                label = ui.label(progress_text(job)) if job.status != "failed" else draw_folded(progress_text(job), "")
+                text = progress_text(job)
+                if job.status == "failed":
+                    label = draw_folded(f"{date}, {text}" if date else text, "")
+                else:
+                    if date:
+                        ui.label(f"{date}, ").classes("ev-date")
+                    label = ui.label(text)
             if job.open and isinstance(label, ui.label):
                 self._bars[job.key] = bar, label
 

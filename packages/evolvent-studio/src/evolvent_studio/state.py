@@ -352,8 +352,13 @@ class Studio:
             return path
         return self.folder.file(self.folder.name(path))
 
+    def has_report(self, ref: str) -> bool:
+        """Whether there is a page with the results of a job or a folder."""
+        kind, _, key = ref.partition(":")
+        return (self.jobs.report(key) if kind == "job" else self.folder.report(key)) is not None
+
     def report(self, ref: str) -> pathlib.Path:
-        """The page with the results of a job, "job:KEY".
+        """The page with the results of a job, "job:KEY", or of a dispersion in a folder, "file:NAME".
 
         Raises
         ------
@@ -361,7 +366,7 @@ class Studio:
             If there is none.
         """
         kind, _, key = ref.partition(":")
-        path = self.jobs.report(key) if kind == "job" else None
+        path = self.jobs.report(key) if kind == "job" else self.folder.report(key) if kind == "file" else None
         if path is None:
             raise InputError(f"{ref!r:.200} has no page with results")
         return self.folder.file(self.folder.name(path))

@@ -16,6 +16,8 @@ from evolvent_studio.charts import VIRIDIS, number
 At = Callable[[int, int], dict[str, int]]
 #: Values at most that are drawn as categories, and the largest number that is one.
 _CATEGORIES, _LARGEST = 8, 12
+#: Cells of a map whose values are written in them, at most.
+_WRITTEN = 120
 #: Lines that are drawn over one another, at most.
 LINES = 12
 #: Colours of categories without an order.
@@ -137,7 +139,33 @@ def text(value: Any) -> str:
 def label(variable: xr.DataArray) -> str:
     """Name and unit, for an axis."""
     unit = str(variable.attrs.get("units", "1"))
-    return str(variable.name) if unit in ("1", "") else f"{variable.name}, {unit}"
+    return _asked_name(variable) if unit in ("1", "") else f"{_asked_name(variable)} [{unit}]"
+
+
+def title(variable: xr.DataArray) -> str:
+    """Name, unit and what a result is."""
+    head, what = _told(variable)
+    return f"{label(variable)}: {what or head}" if head not in ("", variable.name) else label(variable)
+
+
+def _told(variable: xr.DataArray) -> tuple[str, str]:
+    """Name in a run of what a result is made of, such as "hinge 1.torque", and what it is; '', '' of none.
+
+    Of a result of a built-in system what it is stands first, and the second text is empty.
+    """
+    told = str(variable.attrs.get("long_name", ""))
+    head, _, what = told.partition(": ")
+    made = what and str(variable.name).startswith(re.sub(r"\W", "_", head))
+    return (head, what) if made else (told, "")
+
+
+def _asked_name(variable: xr.DataArray) -> str:
+    """Name of a result as it was asked for, such as "hinge 1.torque.abs_max"; a key has its own."""
+    name, (head, what) = str(variable.name), _told(variable)
+    if not what:
+        return name if "." in name else name.replace("_", " ")
+    rest = name[len(head) :].removeprefix("_")
+    return f"{head}.{rest}" if rest else head
 
 
 def _failed(points: Sequence[tuple[list[Any], str]]) -> dict[str, Any]:
@@ -187,7 +215,13 @@ def heatmap(values: xr.DataArray, x: xr.DataArray, y: xr.DataArray, reasons: np.
         }  # fmt: skip
     data = [[i, j, number(every[i, j])] for i in range(every.shape[0]) for j in range(every.shape[1])]
     series: list[dict[str, Any]] = [
-        {"type": "heatmap", "data": data, "progressive": 0, "emphasis": {"itemStyle": {"borderColor": "#000"}}}
+        {
+            "type": "heatmap",
+            "data": data,
+            "progressive": 0,
+            "emphasis": {"itemStyle": {"borderColor": "#000"}},
+            "label": {"show": every.size <= _WRITTEN and not is_category(values), "fontSize": 11},
+        }
     ]
     broken = [(int(i), int(j)) for i, j in zip(*np.nonzero(reasons != ""), strict=True)]
     if broken:

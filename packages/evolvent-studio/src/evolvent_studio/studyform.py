@@ -15,7 +15,7 @@ from evolvent_studio.context import Context
 from evolvent_studio.studydraft import StudyDraft
 
 _HELP = {
-    "values": "values with units, separated by commas",
+    "values": "such as 0.1, 0.2 N m",
     "from": "first value", "to": "last value", "points": "number of points",
     "mean": "mean", "std": "standard deviation",
 }  # fmt: skip

@@ -7,6 +7,7 @@ import contextlib
 import dataclasses
 import pathlib
 import tempfile
+from collections.abc import Sequence
 from typing import Any
 
 from nicegui import ui
@@ -24,6 +25,8 @@ from evolvent_studio.studyview import StudyView
 
 #: Seconds after the last change before the study is checked.
 _PAUSE = 0.7
+#: Row of a key that varies and is still to be chosen.
+_NO_KEY = "over."
 #: Cases up to which a study is checked as it is typed; a larger one is when it is run.
 _CHECKED = 2000
 
@@ -83,7 +86,7 @@ class StudyPanel:
             self._changed()
         if self._sources() != self._listed:
             self._draw_head()
-        if self.studio.folder.studies() != self._finished:
+        if self._results() != self._finished:
             self._draw_done()
         self._schedule()
 
@@ -127,7 +130,7 @@ class StudyPanel:
                 ui.label(self.form.draft.about).classes("ev-what")
 
     def _draw_done(self) -> None:
-        self._finished = self.studio.folder.studies()
+        self._finished = self._results()
         self._done.clear()
         with self._done:
             if not self._finished:
@@ -139,8 +142,17 @@ class StudyPanel:
                     link.props["data-testid"] = f"{self.kind.mark}study-{name}"
                     with link:
                         ui.label(name)
-                    link.on("click", lambda n=name: self.page.show(View("study", (f"file:{n}",))))
+                    link.on("click", lambda n=name: self._show_results(n))
             ui.label("write and run").classes("ev-h")
+
+    def _results(self) -> Sequence[str]:
+        """The folders with results of what the panel writes."""
+        return self.studio.folder.studies(dispersed=self.kind is DISPERSIONS)
+
+    def _show_results(self, name: str) -> None:
+        """Show the results in a folder: their report, if there is one."""
+        kind = "study" if self.studio.folder.report(name) is None else "report"
+        self.page.show(View(kind, (f"file:{name}",)))
 
     def _choose(self, source: str) -> None:
         if source == self.form.draft.source:
@@ -158,7 +170,7 @@ class StudyPanel:
         """Show the number of cases now, and check the study after a pause."""
         self._error = ""
         if "" in (self.form.draft.content.get("over") or {}):
-            self.form.wrong["over."] = "choose a key"
+            self.form.wrong[_NO_KEY] = "choose a key"
         self._show()
         self._schedule()
 
@@ -201,6 +213,8 @@ class StudyPanel:
             beside[own], loose = loose, ""
         for row, shown in self.form.errors.items():
             shown.set_text(as_sentence(beside.get(row, "")))
+            asked = row == _NO_KEY and row in self.form.wrong  # what is still to be chosen is no error
+            shown.classes(add="ev-todo" if asked else "", remove="" if asked else "ev-todo")
         self.form.banner.set_text(as_sentence(loose))
         self.form.banner.set_visibility(bool(loose))
         broken = bool(self.form.wrong or self._error)

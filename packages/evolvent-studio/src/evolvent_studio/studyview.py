@@ -117,7 +117,7 @@ class _Results:
             table.props('flat dense color=primary data-testid="study-table"')
             change = ui.button("Edit the study", on_click=lambda: edit(asked.text, f"study {asked.name}"))
             change.props('flat dense color=primary data-testid="edit-study"')
-            if ref.startswith("job:") and page.studio.jobs.report(ref.partition(":")[2]) is not None:
+            if page.studio.has_report(ref):
                 ui.button("Show the report", on_click=lambda: page.show(View("report", (ref,)))).props(
                     'flat dense color=primary data-testid="show-report"'
                 )
@@ -138,7 +138,8 @@ class _Results:
         """The list of results, and the chart of the one that is chosen."""
         first = studycharts.most_informative(self.study, self.outputs, self.cases)
         with ui.element("div").classes("ev-row").style("flex-wrap:wrap;gap:10px"):
-            self.chosen = ui.select({n: self._title(n) for n in self.outputs}, value=first, label="result")
+            titles = {name: studycharts.title(self.study[name]) for name in self.outputs}
+            self.chosen = ui.select(titles, value=first, label="result")
             self.chosen.props('outlined dense options-dense data-testid="output"').classes("ev-output")
             self.chosen.on_value_change(lambda e: self._choose())
             self.rest = ui.element("div").classes("ev-row").style("width:auto;flex-wrap:wrap")
@@ -187,12 +188,6 @@ class _Results:
                 sheet = ui.element("img").classes("ev-card")
                 sheet.props["src"] = f"data:image/png;base64,{base64.b64encode(content).decode()}"
                 sheet.props["alt"] = name.replace("_", " ")
-
-    def _title(self, name: str) -> str:
-        attrs = self.study[name].attrs
-        unit = attrs.get("units", "1")
-        text = f"{name.replace('_', ' ')}" + (f", {unit}" if unit not in ("1", "") else "")
-        return text + (f": {attrs['long_name']}" if attrs.get("long_name") else "")
 
     def _choose(self) -> None:
         """What else must be chosen for a result, and its chart; at first where it varies most."""
@@ -258,7 +253,7 @@ class _Results:
                     self._chart(*studycharts.points(chosen, key, reasons.values, grid=False))
 
     def _chart(self, options: dict[str, Any], at: studycharts.At) -> None:
-        options = {"title": {"text": self._title(self.chosen.value)}, **options}
+        options = {"title": {"text": studycharts.title(self.study[self.chosen.value])}, **options}
         chart = Chart(options=options, timed=False)
         with ui.element("div").classes("ev-card"):
             ChartElement(chart, on_point=lambda series, index: self._open(at(series, index))).classes("tall")

@@ -41,7 +41,8 @@ def draw_zeros(page: Context, job: Job) -> None:
     where = ui.toggle([_EVERY, _ONE], value=_EVERY).props('dense flat no-caps toggle-color=primary data-testid="where"')
     with ui.element("div").classes("ev-row").style("flex-wrap:wrap"):
         for one in missing:
-            text = "at rest: no acceleration is asked for" if one == ACCELERATION else f"{one} is zero"
+            are = "are" if one.endswith("losses") else "is"
+            text = "at rest: no acceleration is asked for" if one == ACCELERATION else f"{one} {are} zero"
             button = ui.button(text).props(f'outline dense color=primary data-testid="zero-{one}"')
             button.style("padding:0 10px").on_click(lambda b=button, o=one: turn(b, o))
     again = ui.button("Declare it and find the margins again", on_click=lambda: page.attempt(run))

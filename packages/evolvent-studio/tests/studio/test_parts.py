@@ -151,6 +151,30 @@ def test_yaml_files_are_read_again_only_when_they_changed(tmp_path, monkeypatch)
             folder.text(name)
 
 
+def test_results_of_studies_are_no_runs(tmp_path):
+    for name in (
+        "a.nc",
+        "grid/study.json",
+        "spread/study.json",
+        "spread/dispersion.csv",
+        "spread/dispersion.nc",
+        "old/b.nc",
+    ):
+        path = tmp_path / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("")
+    folder = Folder(tmp_path)
+    assert folder.runs() == ["a.nc", "old/b.nc"]
+    assert folder.studies() == ["grid", "spread"]
+    assert (folder.studies(dispersed=False), folder.studies(dispersed=True)) == (["grid"], ["spread"])
+    assert folder.report("spread") is None
+    (tmp_path / "spread" / "report.html").write_text("")
+    (tmp_path / "grid" / "report.html").write_text("")
+    assert folder.report("spread") == tmp_path / "spread" / "report.html"
+    assert folder.report("grid") is None
+    assert folder.report("../spread") is None
+
+
 def test_folder_opens_nothing_outside(tmp_path):
     root = tmp_path / "work"
     (root / "sub").mkdir(parents=True)
@@ -560,6 +584,7 @@ def test_events_are_numbered_marks_on_charts_over_time():
         (("clamp", "hinge"), ""),
         (("1 m", "1 kg"), ""),
         (("3 m", "-"), ""),
+        (("rk4: 'pivot 1' is a constraint", "rk4: 'pivot 2' is a constraint"), ""),
     ],
 )  # fmt: skip
 def test_differences_of_results_have_their_units(texts, said):

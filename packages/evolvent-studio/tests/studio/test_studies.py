@@ -247,6 +247,23 @@ def test_the_first_result_shown_is_the_one_that_varies_most(study):
     assert share["small"] > share["energy_defect_last"] * 0.5
 
 
+@pytest.mark.parametrize(
+    ("name", "told", "axis", "title"),
+    [
+        ("hinge_1_torque_abs_max", "hinge 1.torque: torque of the joint, largest magnitude",
+         "hinge 1.torque.abs_max [N m]", "hinge 1.torque.abs_max [N m]: torque of the joint, largest magnitude"),
+        ("body_rate_last", "rate of the body, at the end",
+         "body rate last [N m]", "body rate last [N m]: rate of the body, at the end"),
+        ("parts.hinge 1.stiffness", "parts.hinge 1.stiffness",
+         "parts.hinge 1.stiffness [N m]", "parts.hinge 1.stiffness [N m]"),
+        ("tip_lag", "", "tip lag [N m]", "tip lag [N m]"),
+    ],
+)  # fmt: skip
+def test_results_are_called_as_they_were_asked_for(name, told, axis, title):
+    variable = xr.DataArray(1.0, name=name, attrs={"units": "N m", "long_name": told})
+    assert (studycharts.label(variable), studycharts.title(variable)) == (axis, title)
+
+
 def test_the_entry_that_varies_most_is_shown_first():
     values = np.zeros((4, 3))
     values[:, 2] = [1.0, 2.0, 3.0, 4.0]

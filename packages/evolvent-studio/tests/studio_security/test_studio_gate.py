@@ -7,6 +7,7 @@ import contextlib
 import http.client
 import json
 import os
+import shutil
 import socket
 import time
 import urllib.error
@@ -342,6 +343,23 @@ def test_the_page_of_a_folder_is_served_with_its_policy(asked):
     assert status == 200
     assert "default-src 'self'" in headers["Content-Security-Policy"]
     assert json.dumps(str(os.getcwd())) not in body.decode()
+
+
+def test_a_report_of_the_folder_runs_and_loads_nothing(server, asked):
+    place = server.folder / "spread"
+    place.mkdir()
+    for name in ("study.json", "dispersion.csv"):
+        (place / name).write_text("")
+    (place / "report.html").write_text("<p>spread</p>")
+    status, headers, body = asked("/studio/report?ref=file:spread")
+    assert (status, body) == (200, b"<p>spread</p>")
+    policy = headers["Content-Security-Policy"]
+    assert policy.startswith("sandbox; default-src 'none'; img-src data:;")
+    assert "script" not in policy
+    assert asked("/studio/report?ref=file:../spread")[0] == 404
+    (place / "report.html").unlink()
+    assert asked("/studio/report?ref=file:spread")[0] == 404
+    shutil.rmtree(place)
 
 
 @pytest.mark.slow

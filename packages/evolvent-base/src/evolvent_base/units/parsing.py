@@ -160,9 +160,16 @@ def value_in(text: str, unit: str, meant: Callable[[str, str], str] = lambda giv
     try:
         return float(_registry().Quantity(value, known(exponents)).to(known(unit)).magnitude)
     except startup.load("pint").DimensionalityError:
-        raise UnitError(f"{cut(given)!r} is a unit of something else{meant(exponents, unit)}") from None
+        raise UnitError(_wrong(given, "is a unit of something else", meant(exponents, unit))) from None
     except Exception:  # noqa: BLE001  (the units library raises many kinds of errors on what it cannot read)
-        raise UnitError(f"{cut(given)!r} is not a known unit{meant(exponents, unit)}") from None
+        raise UnitError(_wrong(given, "is not a known unit", meant(exponents, unit))) from None
+
+
+def _wrong(given: str, why: str, hint: str) -> str:
+    """A sentence on a unit, with the spelling that may be meant; where this only has spaces, they are what is wrong."""
+    spelt = re.search(r"'(.*)'", hint)
+    joined = spelt is not None and spelt[1].replace(" ", "") == given.replace(" ", "")
+    return f"{cut(given)!r} {'joins units without a space' if joined else why}{hint}"
 
 
 def known(unit: str) -> Any:

@@ -11,6 +11,18 @@ const formatted = (x) => {
   return size !== 0 && (size >= 1e5 || size < 1e-3) ? x.toExponential(1).replace("e+", "e") : +x.toPrecision(6) + "";
 };
 
+const PEN = document.createElement("canvas").getContext("2d");
+const MARK = 26, GAP = 10, LINE = 21, MOST_LINES = 6;  // of a legend, in pixels
+// How a legend stands in a box: beside the name of the y axis or above it, in how many lines, and whether it is scrolled.
+const legendIn = (width, { show, wide, data }) => {
+  if (!show) return { wide: false, lines: 0, scrolled: false };
+  PEN.font = "11px sans-serif";
+  const sizes = data.map(({ name }) => MARK + 5 + PEN.measureText(name).width + GAP);
+  const packed = (room) => sizes.reduce(([lines, at], size) => at + size > room + GAP && at ? [lines + 1, size] : [lines, at + size], [1, 0])[0];
+  const above = wide || packed(width - 132) > 1, lines = above ? packed(width - 20) : 1;
+  return lines > MOST_LINES ? { wide: above, lines: 1, scrolled: true } : { wide: above, lines, scrolled: false };
+};
+
 export default {
   template: `<div class="ev-chart"><div class="ev-chart-box" ref="box"></div><div class="ev-cursor" ref="cursor"></div></div>`,
   props: { options: Object, timed: Boolean, equal: Boolean, clickable: Boolean },
@@ -18,7 +30,7 @@ export default {
     this.chart = echarts.init(this.$refs.box);
     this.$el.chart = this.chart;
     this.draw();
-    this.sizes = new ResizeObserver(() => { this.chart.resize(); this.fit(); this.move(); });
+    this.sizes = new ResizeObserver(() => { this.chart.resize(); if (this.laid !== JSON.stringify(this.legend())) this.draw(); this.fit(); this.move(); });
     this.sizes.observe(this.$refs.box);
     this.theme = new MutationObserver(() => this.draw());
     this.theme.observe(document.body, { attributes: true, attributeFilter: ["class"] });
@@ -43,6 +55,7 @@ export default {
   },
   watch: { options: { handler() { this.draw(); }, deep: false } },
   methods: {
+    legend() { return legendIn(this.$refs.box.clientWidth, this.options.legend || {}); },
     draw() {
       const dark = document.body.classList.contains("body--dark");
       const palette = dark ? DARK : LIGHT;
@@ -52,6 +65,10 @@ export default {
         : typeof c === "string" && c.includes("|") ? c.split("|")[dark ? 1 : 0] : c;
       const options = JSON.parse(JSON.stringify(this.options));
       for (const s of options.series) {
+        if (s.type === "heatmap" && s.label?.show) {  // values in the cells, where these are wide enough
+          s.label.show = options.xAxis.data.length * 44 < this.$refs.box.clientWidth - 160;
+          s.label.formatter = (p) => (typeof p.value[2] === "number" ? String(+p.value[2].toPrecision(4)) : "");
+        }
         for (const part of [s.lineStyle, s.itemStyle]) if (part && part.color) part.color = named(part.color);
         if (s.type === "line") Object.assign(s, { animation: false, emphasis: { disabled: false, lineStyle: { width: (s.lineStyle.width || 1) + 1 } } });
       }
@@ -67,10 +84,13 @@ export default {
       if (options.yAxis.type === "category") options.yAxis.axisLabel = { ...axis.axisLabel, formatter: undefined };
       if (names) options.xAxis.axisLabel = { ...axis.axisLabel, formatter: (x) => names[x] ?? "" };
       if (levels) options.yAxis.axisLabel = { ...axis.axisLabel, width: levelsWide, overflow: "truncate", formatter: (y) => levels[y] ?? "" };
-      const titled = options.title && options.title.text, legend = options.legend && options.legend.show;
-      const wide = legend && options.legend.wide, rows = (titled ? 20 : 0) + (wide ? 22 : 0);
+      const titled = options.title && options.title.text, { wide, lines, scrolled } = this.legend();
+      this.laid = JSON.stringify({ wide, lines, scrolled });
+      this.$el.style.setProperty("--ev-legend", `${LINE * Math.max(0, lines - 1)}px`);
+      this.chart.resize();
+      const rows = (titled ? 20 : 0) + (wide ? LINE * lines : 0);
       options.title = { show: !!titled, left: 4, top: 0, textStyle: { color: ink, fontSize: 12, fontWeight: "normal", width: this.$refs.box.clientWidth - 12, overflow: "truncate" }, ...(options.title || {}) };
-      options.legend = { type: "scroll", top: rows - (wide ? 22 : 0), right: 8, left: wide ? 8 : 120, itemHeight: 13, itemWidth: 26, itemGap: 10,
+      options.legend = { type: scrolled ? "scroll" : "plain", top: titled ? 20 : 0, right: 8, left: wide ? 8 : 120, itemHeight: 13, itemWidth: MARK, itemGap: GAP,
         textStyle: { color: ink, fontSize: 11 }, pageTextStyle: { color: ink }, pageIconColor: ink, pageIconSize: 9, ...(options.legend || {}) };
       options.grid = { left: Math.max(52, levelsWide + 16), right: options.visualMap ? 104 : 18, top: rows + 36, bottom: 42, ...(options.grid || {}) };
       options.tooltip = { trigger: options.visualMap || this.clickable || this.equal ? "item" : "axis", confine: true, backgroundColor: dark ? "#23272d" : "#fff", borderColor: faint,
@@ -78,7 +98,7 @@ export default {
       const maps = options.series.some((s) => s.type === "heatmap");
       const { categories } = options;
       delete options.categories;
-      if (maps) options.tooltip.formatter = (p) => [`${options.xAxis.name.split(",")[0]} ${options.xAxis.data[p.value[0]]}`, `${options.yAxis.name.split(",")[0]} ${options.yAxis.data[p.value[1]]}`, categories?.length ? categories[p.value[2]] ?? "no value" : p.value[2] ?? "no value"].map((text) => echarts.format.encodeHTML(String(text))).join("<br>");
+      if (maps) options.tooltip.formatter = (p) => [`${options.xAxis.name.split(" [")[0]} ${options.xAxis.data[p.value[0]]}`, `${options.yAxis.name.split(" [")[0]} ${options.yAxis.data[p.value[1]]}`, categories?.length ? categories[p.value[2]] ?? "no value" : p.value[2] ?? "no value"].map((text) => echarts.format.encodeHTML(String(text))).join("<br>");
       if (options.visualMap) options.visualMap = { ...options.visualMap, textStyle: { color: ink, fontSize: 11 } };
       if (!options.visualMap) options.dataZoom = [{ type: "inside", zoomOnMouseWheel: "ctrl", moveOnMouseMove: "shift" }];
       options.animation = false;

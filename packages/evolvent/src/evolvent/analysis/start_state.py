@@ -87,7 +87,7 @@ def started_from(assembly: Assembly, sections: Mapping[str, Any]) -> Assembly:
     known = dict(end["moving"])
     for name, place in _places(assembly):
         if name not in known:
-            raise InputError(f"{KEY} is {path!r}, a run without {name!r}; {nearest(name, known)}")
+            raise InputError(f"{KEY} is {path!r}, a run without {name!r}; {nearest(name, dict(end['moving']))}")
         own = {key: _values(known[name][key], kind) for key, kind in (("kinds", _INT), ("q", _FLOAT), ("v", _FLOAT))}
         if not np.array_equal(own["kinds"], place.kinds):
             raise InputError(

@@ -21,7 +21,15 @@ MOST_DOUBLINGS = 8
 
 
 class Rotor(NamedTuple):
-    """A spinning body with blades: J (kg m2), L0 (m), N, rho (kg/m) and m_k (kg) of each blade."""
+    """A spinning body with blades.
+
+    Attributes
+    ----------
+    inertia : float, kg m2, J of the body alone about the spin axis
+    offset : float, m, L0, distance of the blades' hinges from the spin axis
+    blades : int, N, their number
+    line_density, tip_mass : float, kg/m and kg, rho and m_k of each blade
+    """
 
     inertia: float
     offset: float
@@ -31,13 +39,42 @@ class Rotor(NamedTuple):
 
 
 def blade_moments(rotor: Rotor, length: Length) -> tuple[Length, Length, Length]:
-    """Mass M (kg), first moment S (kg m) and second moment I (kg m2) of a straight blade about its hinge."""
+    """Mass M (kg), first moment S (kg m) and second moment I (kg m2) of a straight blade about its hinge.
+
+    Parameters
+    ----------
+    rotor : Rotor, the body and its blades
+    length : float or array, m, length l of a blade that is out
+
+    Returns
+    -------
+    M, S, I : float or array, kg, kg m and kg m2
+
+    Notes
+    -----
+    M = rho l + m_k, S = rho l^2/2 + m_k l, I = rho l^3/3 + m_k l^2.
+    """
     rho, tip = rotor.line_density, rotor.tip_mass
     return rho * length + tip, length * (0.5 * rho * length + tip), length**2 * (rho * length / 3.0 + tip)
 
 
 def rotor_inertia(rotor: Rotor, length: Length, lag: float = 0.0) -> Length:
-    """Moment of inertia of body and blades about the spin axis, kg m2: J + N (M L0^2 + I + 2 L0 S cos d)."""
+    """Moment of inertia of body and blades about the spin axis, kg m2: J + N (M L0^2 + I + 2 L0 S cos d).
+
+    Parameters
+    ----------
+    rotor : Rotor, the body and its blades
+    length : float or array, m, length l of a blade that is out
+    lag : float, rad, angle d by which the blades stay behind the radius through their hinges
+
+    Returns
+    -------
+    float or array, kg m2
+
+    Notes
+    -----
+    M, S and I of `blade_moments`; a point at s on a blade is at the distance sqrt(L0^2 + s^2 + 2 L0 s cos d).
+    """
     M, S, I = blade_moments(rotor, length)  # noqa: E741
     L0 = rotor.offset
     return rotor.inertia + rotor.blades * (M * L0**2 + I + 2.0 * L0 * S * math.cos(lag))
@@ -48,8 +85,13 @@ def payout_lag(rotor: Rotor, speed: float, momentum: float) -> float:
 
     Parameters
     ----------
+    rotor : Rotor, the body and its blades
     speed : float, m/s, of the thread at the spool
     momentum : float, kg m2/s, angular momentum of body and blades, H; with 0 there is no steady lag
+
+    Returns
+    -------
+    float, rad
 
     Notes
     -----
@@ -66,7 +108,13 @@ def lag_frequency(rotor: Rotor, length: float, rate: float) -> float:
 
     Parameters
     ----------
+    rotor : Rotor, the body and its blades
+    length : float, m, length of a blade
     rate : float, rad/s, of body and blades, in either sense
+
+    Returns
+    -------
+    float, rad/s
 
     Notes
     -----
@@ -82,7 +130,13 @@ def spin_up_lag(rotor: Rotor, length: float, acceleration: float, rate: float) -
 
     Parameters
     ----------
-    acceleration : float, rad/s2
+    rotor : Rotor, the body and its blades
+    length : float, m, length of a blade
+    acceleration, rate : float, rad/s2 and rad/s, a and W of the body
+
+    Returns
+    -------
+    float, rad
 
     Raises
     ------
@@ -106,6 +160,16 @@ def spin_up_lag(rotor: Rotor, length: float, acceleration: float, rate: float) -
 def slow_torque_limit(rotor: Rotor, length: float, rate: float) -> float:
     """Torque on the body at which the steady lag of rigid blades reaches 90 degrees, N m.
 
+    Parameters
+    ----------
+    rotor : Rotor, the body and its blades
+    length : float, m, length of a blade
+    rate : float, rad/s, spin W of body and blades
+
+    Returns
+    -------
+    float, N m
+
     Notes
     -----
     The acceleration W^2 k of `spin_up_lag` at d = 90 degrees times the inertia there: W^2 k (J + N (M L0^2 + I)). For a
@@ -117,6 +181,16 @@ def slow_torque_limit(rotor: Rotor, length: float, rate: float) -> float:
 
 def step_acceleration_limit(rotor: Rotor, length: float, rate: float) -> float:
     """Angular acceleration, applied at once, with which the lag just reaches 90 degrees, rad/s2; W taken as constant.
+
+    Parameters
+    ----------
+    rotor : Rotor, the body and its blades
+    length : float, m, length of a blade
+    rate : float, rad/s, spin W of body and blades
+
+    Returns
+    -------
+    float, rad/s2
 
     Notes
     -----
@@ -136,6 +210,8 @@ def spin_up_swing(
 
     Parameters
     ----------
+    rotor : Rotor, the body and its blades
+    length : float, m, length of a blade
     torque : float, N m, on the body
     rate : float, rad/s, of body and blades at the start
     ramp : float, s, over which the torque grows as 3 s^2 - 2 s^3
@@ -190,6 +266,9 @@ def step_torque_limit(rotor: Rotor, length: float, rate: float, *, ramp: float =
 
     Parameters
     ----------
+    rotor : Rotor, the body and its blades
+    length : float, m, length of a blade
+    rate : float, rad/s, of body and blades at the start
     ramp : float, s, over which the torque grows; 0 applies it at once
 
     Returns

@@ -31,7 +31,14 @@ _POINTS, _PLACES = 96, 2000
 
 
 class Film(NamedTuple):
-    """Section of a film: w and h (m), E (Pa) and Poisson's ratio."""
+    """Section of a film.
+
+    Attributes
+    ----------
+    width, thickness : float, m, w and h
+    young_modulus : float, Pa, E
+    poisson_ratio : float
+    """
 
     width: float
     thickness: float
@@ -99,9 +106,15 @@ def payout_buckling(film: Film, rotor: Rotor, length: float, momentum: float, *,
 
     Parameters
     ----------
+    film : Film, section of the blades
+    rotor : Rotor, the body and its blades
     length : float, m, that is out
     momentum : float, kg m2/s, angular momentum of body and blades, H
     root : "free" or "held", whether the root turns in the plane of the spin; its pitch is kept
+
+    Returns
+    -------
+    float, m/s
 
     Notes
     -----
@@ -152,7 +165,13 @@ def payout_slack(film: Film, rotor: Rotor, length: float, momentum: float, *, ro
 
     Parameters
     ----------
+    film : Film, section of the blades
+    rotor : Rotor, the body and its blades
     length, momentum, root : as of `payout_buckling`
+
+    Returns
+    -------
+    float, m/s
 
     Notes
     -----
@@ -194,8 +213,14 @@ def payout_buckling_modes(
 
     Parameters
     ----------
+    film : Film, section of the blades
+    rotor : Rotor, the body and its blades
     length, momentum, root : as of `payout_buckling`
     terms : int, polynomials of each deflection; waves that are shorter are left out
+
+    Returns
+    -------
+    float, m/s
 
     Notes
     -----
@@ -224,10 +249,17 @@ def lateral_buckling(
 
     Parameters
     ----------
+    film : Film, section of the strip
+    length : float, m, of the strip
     moment, tension : (96,) float, N m and N, at the places of `buckling_places`
     stiffening : float, N, moment against twist per angle and length
     clamped : bool, whether the root is clamped out of the plane; else it is a hinge. Its pitch is kept, the tip is free
     terms : int, polynomials of each deflection
+
+    Returns
+    -------
+    float
+        What the moment is multiplied by, above 0.
 
     Notes
     -----
@@ -253,7 +285,20 @@ def lateral_buckling(
 
 
 def buckling_places(length: float) -> Array:
-    """Places along the strip at which `lateral_buckling` takes moment and tension, (96,) float, m."""
+    """Places along the strip at which `lateral_buckling` takes moment and tension, (96,) float, m.
+
+    Parameters
+    ----------
+    length : float, m, of the strip
+
+    Returns
+    -------
+    (96,) float, m, from the root
+
+    Notes
+    -----
+    Points of the Gauss-Legendre quadrature over the length.
+    """
     return _quadrature(length)[0]
 
 

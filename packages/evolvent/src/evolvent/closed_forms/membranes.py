@@ -17,6 +17,14 @@ _TERMS = 200
 def spinning_strip_modes(count: int) -> tuple[Array, Array, Array]:
     """Squares of the frequencies of flap, lag and twist over the square of the rate, (count,) each.
 
+    Parameters
+    ----------
+    count : int, number of modes of each kind
+
+    Returns
+    -------
+    flap, lag, twist : (count,) float, (w/W)^2
+
     Notes
     -----
     Out of the plane of the spin w'' = W^2 L w with w(0) = 0: odd Legendre polynomials, n (n + 1)/2 = 1, 6, 15. In the
@@ -52,6 +60,10 @@ def driven_twist(ratio: float, place: Array) -> Array:
     ratio : float, frequency of the drive over the rate of the spin; 0 for a constant pitch
     place : (...,) float, x/l, from 0 to 1
 
+    Returns
+    -------
+    (...,) float, pitch over that of the root
+
     Notes
     -----
     L u = (1 - ratio^2) u with the pitch given at the root and a regular tip: P_v(x)/P_v(0) with v (v + 1)/2 =
@@ -67,6 +79,10 @@ def sunlight_coning(place: Array) -> Array:
     Parameters
     ----------
     place : (...,) float, x/l, from 0 to 1
+
+    Returns
+    -------
+    (...,) float, w/p
 
     Notes
     -----

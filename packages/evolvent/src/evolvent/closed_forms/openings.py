@@ -32,6 +32,15 @@ class Opening(NamedTuple):
     def moment(self, rib: Strip, turned: float) -> float:
         """Moment of a latched hinge, N m, once the rib has turned on by an angle, rad, up to half a turn.
 
+        Parameters
+        ----------
+        rib : Strip, the rib and its hub
+        turned : float, rad, from the latch on, up to pi
+
+        Returns
+        -------
+        float, N m
+
         Notes
         -----
         The rib, long beside R, is a tail under the tension N = m L^2 W^2/2 that bends at its root as an elastica:
@@ -48,9 +57,15 @@ def opening(rib: Strip, *, alpha: float = 0.0, damping: float = 0.0, turn: float
 
     Parameters
     ----------
+    rib : Strip, the rib and its hub
     alpha : float, 1/s, of drag on the whole rib
     damping : float, N m s, of a damper in the hinge; light, so that the root follows the rib
     turn : float, rad, from the tangent of the hub to the latch
+
+    Returns
+    -------
+    Opening
+        Times of the unwinding and of the latch, and the speeds then.
 
     Notes
     -----

@@ -14,9 +14,14 @@ Rates = Callable[[float, Array], list[float]]
 
 
 class Strip(NamedTuple):
-    """A rib and its hub: R (m), L (m), m (kg/m), EI (N m2), EA (N), and k, thickness of the tip over that of the root.
+    """A rib and its hub.
 
-    The thickness is linear between both; m, EI and EA are the means over L.
+    Attributes
+    ----------
+    radius, length : float, m, R of the hub and L of the rib
+    line_density : float, kg/m, m, mean over L
+    bending_stiffness, axial_stiffness : float, N m2 and N, EI and EA, means over L
+    taper : float, k, thickness of the tip over that of the root, linear between both
     """
 
     radius: float
@@ -71,10 +76,16 @@ def string_winding(
 
     Parameters
     ----------
+    rib : Strip, the rib and its hub
     torque, alpha : float, N m and 1/s, T and the damping proportional to mass
     damped : sequence of (from, to), m, arc lengths of what is damped; all if left out
     start_angle : float, rad, from outwards, at which it starts from rest, positive in the winding sense
     samples, longest : int, times at which the motion is given; float, s, time after which it ends anyway
+
+    Returns
+    -------
+    Winding
+        Times, angles, speeds and energies of the motion, `samples` of them.
 
     Notes
     -----
@@ -150,6 +161,7 @@ def string_shape(rib: Strip, arc: Array, *, wrap: float, swing: float = 0.5 * ma
 
     Parameters
     ----------
+    rib : Strip, the rib and its hub
     arc : (k,) float, m, from the root
     wrap, swing, at : float, rad, of the hub that it covers; of the tail from outwards; position of the root on the hub
 
@@ -167,6 +179,16 @@ def string_shape(rib: Strip, arc: Array, *, wrap: float, swing: float = 0.5 * ma
 def wound_tension(rib: Strip, torque: float, arc: Array) -> Array:
     """Tension of the rib wound and held by a field torque without friction, N, at arc lengths from the root.
 
+    Parameters
+    ----------
+    rib : Strip, the rib and its hub
+    torque : float, N m, field torque T that holds the rib
+    arc : (k,) float, m, arc lengths s from the root, from 0 to L
+
+    Returns
+    -------
+    (k,) float, N
+
     Notes
     -----
     At the radius R the field is T/(R M) per mass, M in all, along the hub; so N(s) = T/R (1 - M(s)/M) with the mass
@@ -177,18 +199,56 @@ def wound_tension(rib: Strip, torque: float, arc: Array) -> Array:
 
 
 def axial_stiffness_at(rib: Strip, arc: Array) -> Array:
-    """EA at arc lengths from the root, N, of the mean EA and the taper."""
+    """EA at arc lengths from the root, N, of the mean EA and the taper.
+
+    Parameters
+    ----------
+    rib : Strip, the rib and its hub
+    arc : (k,) float, m, arc lengths s from the root, from 0 to L
+
+    Returns
+    -------
+    (k,) float, N
+
+    Notes
+    -----
+    EA 2 (1 + (k - 1) s/L)/(1 + k), whose mean over L is EA: the thickness is linear.
+    """
     x, k = np.asarray(arc) / rib.length, rib.taper
     return rib.axial_stiffness * 2.0 * (1.0 + (k - 1.0) * x) / (1.0 + k)
 
 
 def wound_pressure(rib: Strip, torque: float, arc: Array) -> Array:
-    """Normal force on the hub per length, N/m: tension over R (bending at a constant moment adds nothing)."""
+    """Normal force on the hub per length, N/m: tension over R (bending at a constant moment adds nothing).
+
+    Parameters
+    ----------
+    rib : Strip, the rib and its hub
+    torque : float, N m, field torque T that holds the rib
+    arc : (k,) float, m, arc lengths s from the root, from 0 to L
+
+    Returns
+    -------
+    (k,) float, N/m
+
+    Notes
+    -----
+    A cord under the tension N on a cylinder presses it with N/R per length, N by `wound_tension`.
+    """
     return wound_tension(rib, torque, arc) / rib.radius
 
 
 def wound_contact_force(rib: Strip, torque: float) -> float:
     """Sum of the normal forces on the hub, N: the integral of the pressure.
+
+    Parameters
+    ----------
+    rib : Strip, the rib and its hub
+    torque : float, N m, field torque T that holds the rib
+
+    Returns
+    -------
+    float, N
 
     Notes
     -----
@@ -199,22 +259,71 @@ def wound_contact_force(rib: Strip, torque: float) -> float:
 
 
 def root_strain(rib: Strip, torque: float) -> float:
-    """Strain at the root of the rib held by a field torque, the largest along it: T / (R EA), EA at the root."""
+    """Strain at the root of the rib held by a field torque, the largest along it: T / (R EA), EA at the root.
+
+    Parameters
+    ----------
+    rib : Strip, the rib and its hub
+    torque : float, N m, field torque T that holds the rib
+
+    Returns
+    -------
+    float
+
+    Notes
+    -----
+    The tension at the root is T/R (`wound_tension` at s = 0).
+    """
     return torque / (rib.radius * float(axial_stiffness_at(rib, np.zeros(()))))
 
 
 def bending_energy(rib: Strip) -> float:
-    """Energy of bending of the wound rib, J: EI L / (2 R^2)."""
+    """Energy of bending of the wound rib, J: EI L / (2 R^2).
+
+    Parameters
+    ----------
+    rib : Strip, the rib and its hub
+
+    Returns
+    -------
+    float, J
+
+    Notes
+    -----
+    EI/2 times the square of the curvature 1/R, over the length L.
+    """
     return rib.bending_stiffness * rib.length / (2.0 * rib.radius**2)
 
 
 def membrane_energy(rib: Strip, torque: float) -> float:
-    """Energy of stretching of the rib held by a field torque, J: T^2 L / (6 R^2 EA), small strain."""
+    """Energy of stretching of the rib held by a field torque, J: T^2 L / (6 R^2 EA), small strain.
+
+    Parameters
+    ----------
+    rib : Strip, the rib and its hub
+    torque : float, N m, field torque T that holds the rib
+
+    Returns
+    -------
+    float, J
+
+    Notes
+    -----
+    The integral of N^2/(2 EA) over L with N = T/R (1 - s/L), that of `wound_tension` for a uniform rib.
+    """
     return torque**2 * rib.length / (6.0 * rib.radius**2 * rib.axial_stiffness)
 
 
 def deployment_speed(rib: Strip) -> float:
     """Speed of the tip while the rib unwinds by its own bending, m/s: v = sqrt(3 EI / m) / R.
+
+    Parameters
+    ----------
+    rib : Strip, the rib and its hub
+
+    Returns
+    -------
+    float, m/s
 
     Notes
     -----
@@ -227,6 +336,10 @@ def deployment_speed(rib: Strip) -> float:
 
 def peel(rib: Strip) -> tuple[float, float]:
     """How the tail leaves the hub while the rib unwinds by its own bending, where the tail is long beside R.
+
+    Parameters
+    ----------
+    rib : Strip, the rib and its hub
 
     Returns
     -------
@@ -246,16 +359,57 @@ def peel(rib: Strip) -> tuple[float, float]:
 
 
 def deployed_length(rib: Strip, time: Array) -> Array:
-    """Length of the free tail, m: l^2 = 2 v R t, since l' = R v / l; at most L."""
+    """Length of the free tail, m: l^2 = 2 v R t, since l' = R v / l; at most L.
+
+    Parameters
+    ----------
+    rib : Strip, the rib and its hub
+    time : (nt,) float, s, since the release; before it the length is 0
+
+    Returns
+    -------
+    (nt,) float, m
+
+    Notes
+    -----
+    v is that of `deployment_speed`; valid where l is long beside R.
+    """
     grown = 2.0 * deployment_speed(rib) * rib.radius * np.maximum(np.asarray(time, dtype=float), 0.0)
     return np.minimum(np.sqrt(grown), rib.length)
 
 
 def deployed_tip_radius(rib: Strip, time: Array) -> Array:
-    """Distance of the tip from the hub's axis until all is unwound, m: r^2 = R^2 + 2 v R t."""
+    """Distance of the tip from the hub's axis until all is unwound, m: r^2 = R^2 + 2 v R t.
+
+    Parameters
+    ----------
+    rib : Strip, the rib and its hub
+    time : (nt,) float, s, since the release
+
+    Returns
+    -------
+    (nt,) float, m
+
+    Notes
+    -----
+    The straight tail l of `deployed_length` is tangent to the hub: r^2 = R^2 + l^2.
+    """
     return np.hypot(rib.radius, deployed_length(rib, time))
 
 
 def deployment_time(rib: Strip) -> float:
-    """Time until all is unwound, s: L^2 / (2 v R)."""
+    """Time until all is unwound, s: L^2 / (2 v R).
+
+    Parameters
+    ----------
+    rib : Strip, the rib and its hub
+
+    Returns
+    -------
+    float, s
+
+    Notes
+    -----
+    `deployed_length` reaches L.
+    """
     return rib.length**2 / (2.0 * deployment_speed(rib) * rib.radius)

@@ -38,7 +38,12 @@ def least_winding_torque(rib: Strip, curvature: float = 0.0) -> float:
 
     Parameters
     ----------
+    rib : Strip, the rib and its hub
     curvature : float, 1/m, k of the rib without stress where it meets the hub, in the winding sense
+
+    Returns
+    -------
+    float, N m
 
     Notes
     -----
@@ -55,8 +60,13 @@ def winding_share(rib: Strip, places: Array) -> float:
 
     Parameters
     ----------
+    rib : Strip, the rib and its hub
     places : (n, 2) float, m
         Axis of the tail from the hub's axis, at evenly spaced arc lengths, the contact first.
+
+    Returns
+    -------
+    float, from 0 to 1
 
     Notes
     -----
@@ -76,8 +86,13 @@ def parabola_energy(rib: Strip, focal_length: float, root: float, tip: float) ->
 
     Parameters
     ----------
+    rib : Strip, the rib and its hub
     focal_length : float, m, f of y = x^2/(4 f)
     root, tip : float, rad, angles of the tangent at the ends from that at the vertex
+
+    Returns
+    -------
+    float, J
 
     Notes
     -----
@@ -92,6 +107,20 @@ def parabola_energy(rib: Strip, focal_length: float, root: float, tip: float) ->
 def short_tail(rib: Strip, torque: float) -> float:
     """Length of the tip's end that a field torque does not lay on the hub, m: (4.3028 EI L R / T)^(1/3), l << R.
 
+    Parameters
+    ----------
+    rib : Strip, the rib and its hub
+    torque : float, N m, field torque T, above 0
+
+    Returns
+    -------
+    float, m
+
+    Raises
+    ------
+    InputError
+        For a torque that is not above 0, or leaves a tail that is longer than the rib.
+
     Notes
     -----
     Derived here. Near the hub the field is T/(R L) per length along the surface, and pulls with N = T (l - s)/(R L) at
@@ -99,11 +128,6 @@ def short_tail(rib: Strip, torque: float) -> float:
     = 0 at the contact and no moment and shear force at the tip, w'' = 1/R, w''' = 0. Integrated once, q = R w'/l +
     (1 - u)/2 with u = s/l follows Airy's equation q'' = b (1 - u) q, b = T l^3/(EI L R), with q = 1/2, q' = -1/2 at
     u = 0 and q' = 1/2 at u = 1: b = 4.3028.
-
-    Raises
-    ------
-    InputError
-        For a torque that is not above 0, or leaves a tail that is longer than the rib.
     """
     if not torque > 0.0:
         raise InputError(f"torque is {torque:g} N m; it must be above 0")
@@ -122,8 +146,14 @@ def held_tails(rib: Strip, *, samples: int = 40, curvature: float = 0.0) -> Held
 
     Parameters
     ----------
+    rib : Strip, the rib and its hub
     samples : int, number of tails, 2 or more, up to 4 R or the length of the rib
     curvature : float, 1/m, k of the tail without stress, in the winding sense, below 1/R
+
+    Returns
+    -------
+    HeldTail
+        The tails, of growing length, and what holds each.
 
     Raises
     ------
@@ -204,6 +234,7 @@ def spun_tail(rib: Strip, rate: float, alpha: float) -> SpunTail:
 
     Parameters
     ----------
+    rib : Strip, the rib and its hub
     rate, alpha : float, rad/s and 1/s, of the hub, and damping proportional to mass, the drag
 
     Returns

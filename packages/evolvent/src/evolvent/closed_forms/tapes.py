@@ -88,6 +88,11 @@ def snap(section: TapeSection, material: Material, sense: int = 1) -> Snap:
     material : Material
     sense : {1, -1}, 1 for bending of a tape spring in opposite sense
 
+    Returns
+    -------
+    Snap
+        The peak of the moment, and the fold.
+
     Notes
     -----
     Beyond the peak of the moment uniform bending is unstable. A fold grows at the least energy per angle, W/x, and has

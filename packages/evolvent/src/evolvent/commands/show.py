@@ -18,6 +18,7 @@ from evolvent_base.console import echo, figure_format, once, say
 from evolvent_base.errors import InputError
 
 if TYPE_CHECKING:
+    from evolvent.parts.base import Part
     from evolvent_base.schema import Section
 
 cases = lazy.load("evolvent.cases", suppress_warning=True)
@@ -67,37 +68,41 @@ def list_parts(kind: str | None) -> None:
     """List the kinds of parts of a structure, or the keys of one KIND with units and defaults."""
     from evolvent.parts import registry  # loads the engine
 
+    words = {one.__name__: name for name, one in registry.kinds().items()}
     if kind is None:
         _say_unusable(registry.unusable().values())
-        print_rows(
-            [(name, inspect.cleandoc(part.__doc__ or "").splitlines()[0]) for name, part in registry.kinds().items()]
-        )
+        heads = {name: inspect.cleandoc(one.__doc__ or "").splitlines()[0] for name, one in registry.kinds().items()}
+        print_rows([(name, _told(head, words)) for name, head in heads.items()])
         return
     part = registry.kinds().get(kind)
     if part is None:
         raise InputError(f"no part is of the kind {kind!r}; {registry.not_known(kind)}")
-    rows: list[tuple[str, str]] = []
+    say(_told(inspect.cleandoc(part.__doc__ or "").splitlines()[0], words))
+    print_rows(_rows_of_keys(part, words))
+
+
+def _rows_of_keys(part: type[Part], words: Mapping[str, str]) -> list[tuple[str, str]]:
+    """Keys of a part with units and defaults, and what they mean; keys with all of this alike are one row."""
+    found: dict[tuple[str, str], list[str]] = {}
     texts = base_schema.descriptions(part)
     for name, field in part.model_fields.items():
         if name == "kind":
             continue
         own = list(base_schema.marks(field))
-        unit = next((f" [{found}]" for mark in own if (found := _unit_of(mark))), "")
+        unit = next((f" [{found_unit}]" for mark in own if (found_unit := _unit_of(mark))), "")
         default = field.get_default(call_default_factory=True)
         if field.is_required() or name in part.needed:
             value = ", required"
         else:
             value = "" if default in (None, (), {}, "") else f" = {_written(default)}"
-        rows.append(
-            (f"{name}{unit}{value}", " ".join(filter(None, [_told(texts[name]), _choices(field.annotation, own)])))
-        )
-    say(inspect.cleandoc(part.__doc__ or "").splitlines()[0])
-    print_rows(rows)
+        text = " ".join(filter(None, [_told(texts[name], words), _choices(field.annotation, own)]))
+        found.setdefault((f"{unit}{value}", text), []).append(name)
+    return [(f"{', '.join(names)}{after}", text) for (after, text), names in found.items()]
 
 
-def _told(text: str) -> str:
-    """The text of a key as it is printed: without the marks of code, and with the point of a sentence."""
-    plain = text.replace("``", "")
+def _told(text: str, words: Mapping[str, str]) -> str:
+    """The text of a key as it is printed: kinds in place of classes, no marks of code, the point of a sentence."""
+    plain = re.sub(r"`(\w+)`", lambda match: words.get(match[1], match[0]), text.replace("``", ""))
     return plain if not plain or plain[-1] in ".:" else f"{plain}."
 
 
@@ -125,7 +130,15 @@ def _choices(annotation: Any, own: Sequence[Any]) -> str:
         if isinstance(mark, _WithKinds):
             each = (f"{name}: {{{', '.join(kind.model_fields)}}}" for name, kind in mark.kinds.items())
             return f"One of {'; '.join(each)}."
-    return ""
+    section = _section(annotation)
+    return f"Keys: {', '.join(section.model_fields)}." if section is not None and section.model_fields else ""
+
+
+def _section(annotation: Any) -> type[Section] | None:
+    """The section that a key holds, where it holds one of a single kind."""
+    kinds = [one for one in get_args(annotation) or (annotation,) if one is not type(None)]
+    single = len(kinds) == 1 and isinstance(kinds[0], type) and issubclass(kinds[0], base_schema.Section)
+    return kinds[0] if single else None
 
 
 def _holds(annotation: Any, kind: type) -> bool:

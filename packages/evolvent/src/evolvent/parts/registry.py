@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import difflib
 import functools
+import math
 import re
 from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
@@ -306,6 +307,19 @@ def _members(contents: Mapping[str, Any], name: str) -> Iterator[tuple[str, dict
         yield from repetition.repeated(name, given, how, first, f"parts.{name}", fixed)
 
 
+def _rounded(value: Any) -> Any:
+    """A value for a reader: of lists of numbers without the round-off of a turn, to 15 digits of the largest."""
+    if isinstance(value, dict):
+        return {key: _rounded(one) for key, one in value.items()}
+    if not isinstance(value, (list, tuple)):
+        return value
+    numbers = [abs(one) for one in value if isinstance(one, float)]
+    if not numbers or max(numbers) == 0.0:
+        return [_rounded(one) for one in value]
+    digits = 14 - math.floor(math.log10(max(numbers)))
+    return [round(one, digits) + 0.0 if isinstance(one, float) else _rounded(one) for one in value]
+
+
 def _refuse(text: str, *_: Any) -> None:
     """Raise what is wrong as an InputError."""
     raise InputError(text)
@@ -353,7 +367,8 @@ class _ByName(Annotation):
         found: dict[str, Any] = {}
         for name, own in contents.items():
             if isinstance(own, Mapping) and repetition.KEY in own:
-                found |= {number: {**one, **(contents.get(number) or {})} for number, one in _members(contents, name)}
+                members = _members(contents, name)
+                found |= {number: {**_rounded(one), **(contents.get(number) or {})} for number, one in members}
             elif _copy_of(contents, name) is None:
                 found[name] = own
         return found

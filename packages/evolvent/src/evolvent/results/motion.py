@@ -23,6 +23,8 @@ _LONGEST_ARROW = 0.2
 _ENDS = (0.2, 99.8)
 #: Share of the other end below which an end of a colour scale is zero.
 _ZERO = 1e-3
+#: Force, N, and moment, N m, below which all of them are round-off and have no arrows.
+_ROUND_OFF = 1e-15
 #: Share of the samples whose largest force is no longer than the longest arrow.
 _USUAL = 0.98
 
@@ -253,7 +255,7 @@ class Motion:
         if not sizes:
             return 0.0
         largest = np.nan_to_num(np.concatenate(sizes, axis=1)).max(axis=1)
-        largest = largest[largest > 1e-6 * largest.max()]
+        largest = largest[largest > max(1e-6 * largest.max(), _ROUND_OFF)]
         return float(_LONGEST_ARROW * self.reach / np.quantile(largest, _USUAL)) if largest.size else 0.0
 
     # ---------------------------------------------------------------------------------------- other motions

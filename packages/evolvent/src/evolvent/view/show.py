@@ -301,9 +301,12 @@ def coloured(lines: list[Line]) -> list[Line]:
     ]
 
 
+def title_of(run: xr.DataTree | xr.Dataset) -> str:
+    """Title of a run; of one without a title of its own the name of its system, as "Wrapped rib"."""
+    title, start = str(run.attrs.get("title") or ""), "evolvent run of "
+    return title.removeprefix(start).replace("-", " ").capitalize() if title.startswith(start) else title
+
+
 def motion(run: xr.DataTree) -> Motion | None:
     """Bodies, lines, forces and marks of a run, by its parts; None where it holds too little."""
-    title, start = str(run.attrs.get("title", "")), "evolvent run of "
-    if title.startswith(start):
-        title = title.removeprefix(start).replace("-", " ").capitalize()
-    return motion_of(run, title=title)
+    return motion_of(run, title=title_of(run))

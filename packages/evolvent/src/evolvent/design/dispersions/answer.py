@@ -116,7 +116,7 @@ def sentences(found: Dispersion) -> list[str]:
         "monte-carlo": "plain random", "latin-hypercube": "a Latin hypercube", "sobol": "a scrambled Sobol sequence",
         "saltelli": "samples by Saltelli", "corners": "all corners",
     }  # fmt: skip
-    lines = [f"{found.count} runs, {ways[found.sample]} over {len(found.draws)} draws"]
+    lines = [f"{found.count} runs, {ways[found.sample]} over {len(found.draws)} draw{'s' * (len(found.draws) != 1)}"]
     lines += list(found.notes)
     for why in dict.fromkeys(b.why for one in found.outputs for b in (one.upper, one.lower) if b.why):
         lines.append(f"no {found.statement} bound: {why}")

@@ -54,7 +54,7 @@ class Beam(Part):
     elements : int
         Number n of elements. Those of the default formulation are too stiff in bending: a cantilever by 25 %/n^2 under
         a force at its tip, by 33 %/n^2 under its weight (2 of them by 6 and 8 %, 6 by 1 %). With few elements take a
-        Rod, or ask for an estimate, ``mesh_error=True`` of `System.modes` and `System.equilibrium`.
+        Rod, or ask for an estimate by the option ``--mesh-error`` (``mesh_error=True``) of modes and equilibrium.
     grading : float or list of float
         Ratio of the length of the last element to that of the first, with a constant ratio between neighbours; or the
         relative lengths of all elements, from the root.

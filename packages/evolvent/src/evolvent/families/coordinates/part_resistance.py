@@ -143,9 +143,8 @@ class Resistance(Part):
         Coordinate at which the bristles had no torque before the harness was bent to where it starts; if left out, they
         have none at the start, as after a long stowage.
     viscoelastic : mapping, optional
-        Relaxation of the curves of a harness or a tape-spring by a Prony series
-        (`evolvent.elements.viscoelastic.Viscoelastic`): a torque at a held joint falls by the series. Bristles do not
-        relax.
+        Relaxation of the curves of a harness or a tape-spring by a Prony series: a torque at a held
+        joint falls by the series. Bristles do not relax.
     straight : rows [angle, moment] or [travel, force], optional
         Of the straight tape, until it buckles: at the last row where it folds towards larger angles, at the first row
         where towards smaller ones. A positive moment resists a growing coordinate.

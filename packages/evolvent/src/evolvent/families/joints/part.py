@@ -38,7 +38,9 @@ _OTHERS: dict[str, Callable[[Joint, Builder, str], None]] = {
 _OTHER_WORDS = {
     **dict.fromkeys(("fixed", "rigid", "weld", "welded"), "clamp"), **dict.fromkeys(("hinge", "pin"), "revolute"),
     **dict.fromkeys(("ball", "ball-joint"), "spherical"), **dict.fromkeys(("slider", "sliding"), "prismatic"),
-    "cardan": "universal",
+    "cardan": "universal", "plane": "in-plane", "rod": "link",
+    **dict.fromkeys(("prescribed-motion", "driven"), "point-on-line"),
+    **dict.fromkeys(("cord", "rope", "cable", "strut"), "distance"),
 }  # fmt: skip
 
 
@@ -115,8 +117,7 @@ class Joint(Part):
     damping : float, N s/m and N m s, or N m s/rad
         Of the penalty, or of each loop.
     viscoelastic : mapping, optional
-        Relaxation of the penalty of a cord ("distance", "pulley") by a Prony series
-        (`evolvent.elements.viscoelastic.Viscoelastic`).
+        Relaxation of the penalty of a cord ("distance", "pulley") by a Prony series.
     until : float, s, optional
         Time at which the joint is released; never if left out.
     released_by : str, optional

@@ -86,8 +86,8 @@ class Rod(Part):
         affected. A section that is given by its stiffness matrix needs it.
     elements : int
         Number n of elements. In linear statics their nodes are exact, so that few are enough; for the error of
-        frequencies ``mesh_error=True`` of `System.modes` has an estimate. Under a tension above 12 E I/l^2 of an
-        element of length l its shape is unstable, which results warn of.
+        frequencies modes have an estimate (``--mesh-error``, ``mesh_error=True``). Under a tension above 12 E I/l^2 of
+        an element of length l its shape is unstable, which results warn of.
     grading : float or list of float
         Ratio of the length of the last element to that of the first, with a constant ratio between neighbours; or the
         relative lengths of all elements, from the root.

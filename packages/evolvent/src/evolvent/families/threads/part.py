@@ -70,9 +70,8 @@ class Thread(Part):
         Of one segment (springs). The damper takes the rate of the elongation: at the spool all that is paid out counts.
     viscoelastic : mapping, optional
         How the stiffness relaxes, which is the instantaneous one then (`segments` 'springs', `mesh` 'material'):
-        `prony`, rows of share and relaxation time, and `shift`, what temperature does
-        (`evolvent.elements.viscoelastic.Viscoelastic`). A thread that is held loses tension by the series, and one
-        under a load creeps.
+        `prony`, rows of share and relaxation time, and `shift`, what temperature does. A thread that is held loses
+        tension by the series, and one under a load creeps.
     mesh : {"material", "moving"}
         Whether nodes are fixed to the material and leave the spool one by one, or all stand on the deployed length, in
         equal parts, and material flows through the mesh (springs). A moving mesh carries wound thread. It needs a

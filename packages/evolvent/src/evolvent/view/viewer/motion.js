@@ -1,6 +1,6 @@
 // Motions as evolvent.view.animation.described makes them: a header, and arrays by name with one row a frame. Positions are in
 // the axes of the main frame.
-export const VIRIDIS = [[68,1,84],[72,40,120],[62,74,137],[49,104,142],[38,130,142],[31,158,137],[53,183,121],[110,206,88],[181,222,43],[253,231,37]];
+const VIRIDIS = [[68,1,84],[72,40,120],[62,74,137],[49,104,142],[38,130,142],[31,158,137],[53,183,121],[110,206,88],[181,222,43],[253,231,37]];
 
 // ------------------------------------------------------------------------------------------------ data
 
@@ -58,7 +58,9 @@ export const css = (c, shade = 1) => {
   if (!texts) TEXTS.set(c, (texts = []));
   return (texts[step] ??= `rgb(${c.map((x) => Math.round(Math.min(255, x * step / 64))).join(",")})`);
 };
-export const SCALE = Array.from({ length: 256 }, (_, i) => tint(i / 255));
+// Colours of values: on a dark page without the lowest third, which it does not show.
+const steps = (lowest, count) => Array.from({ length: count }, (_, i) => tint(lowest + (1 - lowest) * i / (count - 1)));
+export const tones = (dark, count = 256) => steps(dark ? 0.35 : 0, count);
 
 const corners = (vertices) => {  // of the box around a mesh
   const ends = [0, 1, 2].map((c) => { const x = vertices.filter((_, i) => i % 3 === c); return [Math.min(...x), Math.max(...x)]; });

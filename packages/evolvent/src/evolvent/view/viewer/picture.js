@@ -1,6 +1,6 @@
 // A picture of motions at a moment on a canvas. Faces and pieces of lines are drawn in the order of their distance, the
 // farthest first.
-import { Run, SCALE, IDENTITY, apply, css, nice, quantity, times } from "./motion.js";
+import { Run, IDENTITY, apply, css, nice, quantity, times, tones } from "./motion.js";
 
 const BODIES = [[188,198,209],[214,197,166],[178,203,176],[204,181,198],[170,194,219],[219,187,174]];
 const RUNS = [[28,31,36],[0,114,178],[213,94,0],[0,158,115],[204,121,167]];
@@ -48,6 +48,7 @@ export class Picture {
   redraw() { this.dirty = true; }
   theme(dark) {
     this.dark = dark;
+    this.tones = tones(dark);
     this.paint = dark ? { ink: "#c3cad2", grid: "#2c3238", back: "#1d2126", dim: "#9aa4b0", force: "#ff7a66", none: [110, 118, 128] } : { ink: "#30363d", grid: "#e6e9ec", back: "#ffffff", dim: "#6a7480", force: "#c5281c", none: [165, 172, 180] };
     this.redraw();
   }
@@ -216,7 +217,7 @@ export class Picture {
   }
   see(p) { return apply(this.C, p[0] - this.T[0], p[1] - this.T[1], p[2] - this.T[2]); }
   floor() {
-    const { base, T } = this, step = this.motions[0].header.grid, reach = Math.max(step, Math.min(1.25 * base.radius, 12 * step));
+    const { base, T } = this, step = this.motions[0].header.grid, reach = Math.max(step, Math.min(3 * base.radius, 24 * step));
     const [i, j, k] = { x: [1, 2, 0], y: [2, 0, 1], z: [0, 1, 2] }[this.motions[0].header.up];
     const level = this.follow && this.inertial ? T[k] : 0, from = [i, j].map((c) => Math.round((T[c] - reach) / step)), to = [i, j].map((c) => Math.round((T[c] + reach) / step));
     const line = (a, b) => { const p = this.screen(this.see(a)), q = this.screen(this.see(b)); if (p && q) this.stroke({ at: [p[0], p[1], q[0], q[1]], line: this.paint.grid, width: 1 }); };
@@ -311,7 +312,7 @@ export class Picture {
     if (!this.alone || !values) return () => plain;
     return (i, j) => {
       const a = run.mix(values, i, line.count), b = run.mix(values, j, line.count), v = a !== a ? b : b !== b ? a : 0.5 * (a + b);
-      return v !== v ? plain : SCALE[Math.round(255 * Math.min(Math.max((v - low) / (high - low), 0), 1))];
+      return v !== v ? plain : this.tones[Math.round(255 * Math.min(Math.max((v - low) / (high - low), 0), 1))];
     };
   }
   line(run, line, A, b) {
@@ -371,7 +372,7 @@ export class Picture {
       if (!known(at)) continue;
       const [i, j, k, l] = own.map((x) => 3 * x), d = [0, 1, 2].map((c) => place[k + c] - place[i + c]), e = [0, 1, 2].map((c) => place[l + c] - place[j + c]);
       const N = [d[1] * e[2] - d[2] * e[1], d[2] * e[0] - d[0] * e[2], d[0] * e[1] - d[1] * e[0]], lit = Math.max(0, (front ? -1 : 1) * (N[0] * LIGHT[0] + N[1] * LIGHT[1] + N[2] * LIGHT[2]) / (Math.hypot(...N) || 1));
-      const v = this.alone && tints ? run.mix(tints, Math.floor(f / 4 / each), pieces) : NaN, color = v === v ? SCALE[Math.round(255 * Math.min(Math.max((v - low) / (high - low), 0), 1))] : plain;
+      const v = this.alone && tints ? run.mix(tints, Math.floor(f / 4 / each), pieces) : NaN, color = v === v ? this.tones[Math.round(255 * Math.min(Math.max((v - low) / (high - low), 0), 1))] : plain;
       const shade = (0.76 + 0.28 * lit) * (front ? 1 : 0.88), fill = css(color, shade), depth = 0.25 * (place[i + 2] + place[j + 2] + place[k + 2] + place[l + 2]);
       this.parts.push({ depth, at, fill, line: fill, width: 0.9, alpha: this.alone ? 1 : 0.6 });
       const piece = f / 4 % each, row = Math.floor(piece / across), column = piece % across;

@@ -1,5 +1,5 @@
 // The viewer of motions: a picture with controls and keys. The HTML page of a run and the studio both use it.
-import { VIRIDIS, css, quantity } from "./motion.js";
+import { css, quantity, tones } from "./motion.js";
 import { Picture } from "./picture.js";
 
 const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];
@@ -13,8 +13,9 @@ const STYLE = `
 .ev3.dark { --ink: #e4e7eb; --dim: #9aa4b0; --line: #353c44; --back: #1d2126; }
 .ev3-view { position: relative; flex: 1; min-height: 0; overflow: hidden; }
 .ev3 canvas { position: absolute; inset: 0; width: 100%; height: 100%; display: block; cursor: grab; touch-action: none; }
-.ev3-numbers { position: absolute; left: 12px; top: 8px; pointer-events: none; font-variant-numeric: tabular-nums; }
-.ev3-numbers td { padding: 0 10px 0 0; } .ev3-numbers td:first-child { color: var(--dim); } .ev3-numbers i { display: inline-block; width: 16px; height: 3px; margin-right: 6px; vertical-align: middle; }
+.ev3-numbers { position: absolute; left: 6px; top: 6px; padding: 2px 6px; border-collapse: separate; border-spacing: 0; border-radius: 4px; pointer-events: none; font-variant-numeric: tabular-nums;
+  background: color-mix(in srgb, var(--back) 82%, transparent); }
+.ev3-numbers td { padding: 0 10px 0 0; } .ev3-numbers td:last-child { padding: 0; } .ev3-numbers td:first-child { color: var(--dim); } .ev3-numbers i { display: inline-block; width: 16px; height: 3px; margin-right: 6px; vertical-align: middle; }
 .ev3-bar { position: absolute; right: 12px; top: 8px; text-align: right; pointer-events: none; width: 170px; }
 .ev3-scale { height: 9px; border-radius: 2px; margin: 2px 0; } .ev3-ends { display: flex; justify-content: space-between; white-space: nowrap; gap: 8px; color: var(--dim); font-variant-numeric: tabular-nums; }
 .ev3-views { position: absolute; right: 10px; bottom: 8px; display: flex; gap: 4px; }
@@ -26,7 +27,7 @@ const STYLE = `
 .ev3-panel { position: absolute; right: 10px; bottom: 40px; max-height: 75%; overflow: auto; background: var(--back); border: 1px solid var(--line); border-radius: 6px; padding: 8px 12px; box-shadow: 0 2px 10px #0003; }
 .ev3-panel label { display: block; cursor: pointer; } .ev3-panel td { padding: 0 12px 0 0; } .ev3-panel td:first-child { color: var(--dim); white-space: nowrap; }
 .ev3 [hidden] { display: none; }
-@media (max-width: 560px) { .ev3-view { display: grid; grid-template-rows: auto minmax(0, 1fr); } .ev3-numbers { position: static; grid-row: 1; padding: 6px 12px 2px; } .ev3-numbers tbody { display: flex; flex-wrap: wrap; } .ev3 canvas, .ev3-bar, .ev3-views, .ev3-panel { grid-row: 2; }
+@media (max-width: 560px) { .ev3-view { display: grid; grid-template-rows: auto minmax(0, 1fr); } .ev3-numbers { position: static; grid-row: 1; padding: 6px 12px 2px; } .ev3-numbers td:last-child { padding: 0 10px 0 0; } .ev3-numbers tbody { display: flex; flex-wrap: wrap; } .ev3 canvas, .ev3-bar, .ev3-views, .ev3-panel { grid-row: 2; }
   .ev3-bar { width: 132px; top: auto; bottom: 10px; } .ev3-numbers { font-size: 11.5px; } .ev3-views { top: 8px; bottom: auto; flex-direction: column; } }`;
 
 const element = (tag, properties = {}, ...children) => {
@@ -50,7 +51,11 @@ export class Viewer extends Picture {
     this.redraw();
   }
   free() { cancelAnimationFrame(this.request); window.removeEventListener("keydown", this.onKey); this.sizes.disconnect(); this.host.replaceChildren(); }
-  theme(dark) { this.host?.classList.toggle("dark", dark); super.theme(dark); }
+  theme(dark) {
+    this.host?.classList.toggle("dark", dark);
+    if (this.toneBox) this.toneBox.style.background = `linear-gradient(to right,${tones(dark, 10).map((c) => css(c)).join(",")})`;
+    super.theme(dark);
+  }
 
   // -------------------------------------------------------------------------------------------- controls
 
@@ -63,9 +68,8 @@ export class Viewer extends Picture {
     this.cells = [];  // of its rows, with what they show
     this.barName = element("div", { testid: "color-name" });
     [this.low, this.high] = [element("span", { testid: "color-low" }), element("span", { testid: "color-high" })];
-    const scale = element("div", { class: "ev3-scale" });
-    scale.style.background = `linear-gradient(to right,${VIRIDIS.map((c) => css(c)).join(",")})`;
-    this.bar = element("div", { class: "ev3-bar" }, this.barName, scale, element("div", { class: "ev3-ends" }, this.low, this.high));
+    this.toneBox = element("div", { class: "ev3-scale" });
+    this.bar = element("div", { class: "ev3-bar" }, this.barName, this.toneBox, element("div", { class: "ev3-ends" }, this.low, this.high));
     const button = (text, testid, title, act) => element("button", { type: "button", textContent: text, title, testid, onclick: (e) => { act(); e.currentTarget.blur(); } });
     const views = element("div", { class: "ev3-views" }, ...header.views.map((view) => button(view.name, `view-${view.name}`, view.about, () => this.view(view))));
     this.panel = element("div", { class: "ev3-panel", hidden: true, testid: "panel" });
