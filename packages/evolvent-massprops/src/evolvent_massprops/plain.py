@@ -12,7 +12,7 @@ def inlined(function: Callable[..., Any]) -> Any:
     return function
 
 
-def indirect(signature: Any) -> Callable[[Callable[..., Any]], Any]:
+def indirect(signature: Any, *, disjoint: bool = False, used_for: Any = None) -> Callable[[Callable[..., Any]], Any]:
     """Have a function take lists, whose numbers Python reads faster than an array's; the last array is written."""
 
     def decorate(function: Callable[..., Any]) -> Any:
