@@ -23,6 +23,7 @@ from evolvent.model.family import EXPLICIT
 from evolvent.results.fine_samples import MARK
 from evolvent.view import show
 from families.rows import FAMILIES, Row, set_kinds
+from layout import faults
 
 NAMES = [name for name in cases.built_in() if cases.content_of(name)["system"] == "structure"]
 #: Ends of long runs for tests of files, s; tests of these cases run the others in full.
@@ -341,11 +342,17 @@ def test_a_run_comes_back_from_its_file(name: str, tmp_path: Any) -> None:
     assert back.ev.names() == found.ev.names()
     labels = [(number.label, number.value) for number in found.ev.table()]
     assert [(number.label, number.value) for number in back.ev.table()] == labels
-    assert len(cases.system("structure").figures(back)) >= 2  # test_figure_layout.py draws them
+    assert len(cases.system("structure").figures(back)) >= 2
     title = cases.content_of(name)["title"]
     page = pathlib.Path(back.ev.animate(tmp_path / "motion.html")).read_text(encoding="utf-8")
     assert found.attrs["title"] == title == found.ev.motion().title
     assert f"<title>{title}</title>" in html.unescape(page)
+
+
+@pytest.mark.slow
+def test_nothing_is_cut_off_or_covered_in_its_figures(name: str) -> None:
+    figures = cases.presenter(run(name)).figures(run(name))
+    assert [fault for figure in figures for fault in faults(figure)] == []
 
 
 @pytest.mark.slow

@@ -1,8 +1,6 @@
 """How figures are printed: texts lie on the sheet, do not cover one another, and no legend covers a curve."""
 
-import itertools
 import pathlib
-from unittest import mock
 
 import numpy as np
 import pytest
@@ -15,94 +13,21 @@ from evolvent_base.figures import WIDTH, Figure, Line, Map, Note, Panel, axis_la
 from evolvent_massprops import mode_figures
 from evolvent_massprops.identification import identify
 from evolvent_papers import papers
+from layout import boxes, faults
 
-#: Built-in cases and keys that make their runs short.
+#: Built-in cases that are no structures, and keys that make their runs short; `test_builtin_cases.py` draws the others.
 SHORT = {
-    "andrews-mechanism": {},
-    "boom-on-drum-stored": {"simulate.until": 0.05},
-    "boom-slew": {"simulate.until": 1.0},
-    "hanging-chain": {"simulate.until": 0.5},
-    "flexible-array-shell": {"simulate.until": 0.1},
     "heliogyro": {"solver.duration": 20.0},
-    "heliogyro-strip-payout": {"simulate.until": 1.0},
-    "heliogyro-strip": {"simulate.until": 1.0},
-    "hinge-stored": {},
     "inertia-stand": {},
-    "miura-sheet": {"simulate.until": 0.02},
-    "net-reflector": {"simulate.until": 0.005},
-    "offload": {},
-    "orbit-tether": {"simulate.until": 20.0},
-    "plate-swing": {"simulate.until": 0.1},
-    "rib-antenna": {"simulate.until": 0.5},
-    "rib-antenna-wound": {"simulate.until": 0.5},
-    "rib-held-ten-years": {"simulate.until": 1.0},
-    "rib-lenticular-shell": {"simulate.until": 2e-6},
-    "rib-reflector": {"simulate.until": 0.2},
-    "ring-antenna": {"simulate.until": 0.01},
-    "solar-array": {"simulate.until": 4.0},
-    "solar-array-flexible": {"simulate.until": 1.0},
-    "spinning-tether": {"simulate.until": 5.0},
-    "tape-drum": {"simulate.until": 0.02},
-    "tape-hinge": {"simulate.until": 0.1},
-    "tape-hinge-shell": {"simulate.until": 0.002},
-    "tape-hinge-stored": {},
-    "tape-rods-stored": {"simulate.until": 0.1},
-    "two-booms": {"simulate.until": 0.2},
-    "wire-boom-satellite": {"simulate.until": 2.0},
     "wrapped-rib": {"solver.duration": 10.0},
     "wrapped-rib-deploy": {"solver.duration": 100.0},
     "wrapped-rib-hold": {"hold.time": 20.0},
-    "yo-yo-despin": {"simulate.until": 0.2},
-    "z-fold": {"simulate.until": 1.0},
 }
-#: Variants of other cases in this list.
-VARIANTS = ("heliogyro-strip-payout", "solar-array-flexible", "tape-rods-stored")
 SCHEMATICS = [name for name, entry in papers.ENTRIES.items() if "schematic" in entry.function]
-#: Room around a text that may be shared, pixels, and share of points that a legend may cover.
-SLACK, COVERED = 2.0, 0.01
-
-
-def boxes(sheet):
-    """Words and boxes of all texts that are drawn, in pixels."""
-    drawn, original = [], Text.draw
-
-    def record(self, renderer, *args, **kwargs):
-        if self.get_visible() and self.get_text().strip():
-            drawn.append(self)
-        return original(self, renderer, *args, **kwargs)
-
-    with mock.patch.object(Text, "draw", record):
-        sheet.draw(sheet.canvas.get_renderer())
-    return [(text.get_text(), Text.get_window_extent(text)) for text in dict.fromkeys(drawn)]
 
 
 def figure_of(*panels):
     return Figure(name="f", title="", panels=list(panels), height=35.0 * len(panels))
-
-
-def faults(figure):
-    """What is wrong with the layout of a figure, as sentences."""
-    sheet = plots.sheet(figure, dpi=100.0)
-    found, texts = [], boxes(sheet)
-    width, height = sheet.bbox.width, sheet.bbox.height
-    for words, box in texts:
-        if box.x0 < -1.0 or box.y0 < -1.0 or box.x1 > width + 1.0 or box.y1 > height + 1.0:
-            found.append(f"{figure.name}: {words!r} is cut off")
-    for (words, a), (others, b) in itertools.combinations(texts, 2):
-        wide, high = min(a.x1, b.x1) - max(a.x0, b.x0), min(a.y1, b.y1) - max(a.y0, b.y0)
-        if wide > SLACK and high > SLACK:
-            found.append(f"{figure.name}: {words!r} and {others!r} cover one another")
-    for axes in sheet.axes:
-        legend = axes.get_legend()
-        if legend is None:
-            continue
-        box = legend.get_window_extent()
-        points = [axes.transData.transform(line.get_xydata()) for line in axes.lines if len(line.get_xydata())]
-        at = np.concatenate(points)
-        inside = np.mean((at > [box.x0, box.y0]).all(axis=1) & (at < [box.x1, box.y1]).all(axis=1))
-        if inside > COVERED:
-            found.append(f"{figure.name}: a legend covers {100.0 * inside:.0f} % of the points")
-    return found
 
 
 @pytest.mark.slow
@@ -112,19 +37,12 @@ def test_schematics_of_papers(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.release] if name in VARIANTS else []) for name in SHORT]
-)
+@pytest.mark.parametrize("name", SHORT)
 def test_figures_of_built_in_cases(name):
     run = evolvent.run(name, SHORT[name])
     figures = cases.presenter(run).figures(run)
     assert figures
     assert [fault for figure in figures for fault in faults(figure)] == []
-
-
-def test_figures_of_all_structures_are_drawn():
-    structures = {name for name in cases.built_in() if cases.content_of(name)["system"] == "structure"}
-    assert structures <= set(SHORT)
 
 
 @pytest.mark.slow

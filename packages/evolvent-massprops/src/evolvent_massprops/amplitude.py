@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from evolvent_base.errors import InputError
+from evolvent_massprops import rigid_swing as kernel
 from evolvent_massprops.identification import identify
-from evolvent_massprops.inertia.mounted import turned, whole
+from evolvent_massprops.inertia.mounted import whole
 from evolvent_massprops.inertia.problem import mac, matching
 from evolvent_massprops.inertia.stand import Setup
-from evolvent_massprops.inertia.statics import Z, cross, guides, rotation_matrix, spring_state
 from evolvent_massprops.inertia.vibration import linearise
 from evolvent_massprops.modal import Modal, sensed
 
@@ -147,54 +147,22 @@ def _motion(
     sensors: np.ndarray,
     directions: np.ndarray,
 ) -> np.ndarray:
-    """(2, count, c) displacements at the sensors: at full amplitude, and at a tiny one scaled up; RK4."""
-    scale = np.array([1.0, TINY])
-    q, v = scale[:, None] * state[0], scale[:, None] * state[1]
-    load = np.array([0.0, -float(s.mass) * float(s.gravity), 0.0])
-    c = 3 if s.guided else 0
-    empty = np.zeros((2, 6 + c, 6 + c))
-    empty[:, range(3), range(3)] = s.mass
-
-    def rate(q: np.ndarray, v: np.ndarray, turn: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-        R = (rotation_matrix(q[:, 3:]) if turn is None else turn) @ rotation
-        r, _, _, f = spring_state(s, position + q[:, :3], R)
-        w = v[:, 3:]
-        inertia = R @ s.inertia @ np.swapaxes(R, -1, -2)
-        F = np.concatenate([f.sum(axis=-2) + load, cross(r, f).sum(axis=-2)], axis=-1) - v @ D
-        F[:, 3:] -= cross(w, np.einsum("nij,nj->ni", inertia, w))
-        A, b = empty.copy(), np.zeros((2, 6 + c))
-        A[:, 3:6, 3:6], b[:, :6] = inertia, F
-        if s.added is not None:
-            A[:, :6, :6] += turned(s.added, R)
-        if c:
-            C, e = guides(s, R), R[..., :, 0]
-            A[:, :6, 6:], A[:, 6:, :6] = -np.swapaxes(C, -1, -2), C
-            b[:, 8] = -np.sum(cross(cross(w, e), Z) * w, axis=-1)
-        return np.concatenate([v[:, :3], _turn_rate(q[:, 3:], w)], axis=-1), np.linalg.solve(A, b[..., None])[:, :6, 0]
-
-    held = np.empty((count, 2, len(sensors)))
-    base = np.einsum("ij,cj->ci", rotation, sensors - s.centre)
-    for k in range(count):
-        turn = rotation_matrix(q[:, 3:])
-        arms = np.einsum("nij,cj->nci", turn, base)
-        held[k] = np.sum((q[:, None, :3] + arms - base) * directions, axis=-1)
-        q1, v1 = rate(q, v, turn)
-        q2, v2 = rate(q + 0.5 * step * q1, v + 0.5 * step * v1)
-        q3, v3 = rate(q + 0.5 * step * q2, v + 0.5 * step * v2)
-        q4, v4 = rate(q + step * q3, v + step * v3)
-        q = q + step / 6.0 * (q1 + 2.0 * q2 + 2.0 * q3 + q4)
-        v = v + step / 6.0 * (v1 + 2.0 * v2 + 2.0 * v3 + v4)
-        if not np.all(np.abs(q) < 1e3):
-            return np.full((2, count, len(sensors)), np.nan)
-    return np.swapaxes(held, 0, 1) / scale[:, None, None]
-
-
-def _turn_rate(theta: np.ndarray, w: np.ndarray) -> np.ndarray:
-    """Rate of a rotation vector whose body turns with w, level axes, to the second order.
-
-    Notes
-    -----
-    theta' = w - theta x w / 2 + theta x (theta x w) / 12 + ... (Bortz 1971, for a rate in level axes).
-    """
-    first = cross(theta, w)
-    return w - 0.5 * first + cross(theta, first) / 12.0
+    """(2, count, c) displacements at the sensors: at full amplitude, and at a tiny one scaled up."""
+    G, c = np.zeros((6, 6)), s.centre
+    G[range(3), range(3)], G[3:, 3:] = s.mass, s.inertia
+    if s.added is not None:
+        G = G + s.added
+    base = (sensors - c) @ rotation.T
+    aside = (s.points - s.ground)[:, [0, 2]]
+    springs = np.column_stack((s.points - c, s.ground, aside, s.stiffness, s.length, s.lateral_stiffness)).ravel()
+    p = np.empty(kernel.SIZE)
+    p[kernel.STEP], p[kernel.WEIGHT], p[kernel.GUIDED] = step, s.mass * s.gravity, s.guided
+    p[kernel.PLACE : kernel.START] = np.concatenate(
+        [np.ravel(given) for given in (position, rotation, s.inertia, np.linalg.inv(G), D)]
+    )
+    found = np.empty((2, count, len(sensors)))
+    for held, scale in zip(found, (1.0, TINY), strict=True):
+        p[kernel.START :] = scale * np.concatenate(state)
+        kernel.motion(p, springs, np.column_stack((base, directions)).ravel(), np.zeros(kernel.WORK), held)
+        held /= scale
+    return found

@@ -12,10 +12,7 @@ drag of air change there; between steps x is the quintic that has the places, ve
 ends. Where friction holds the body it rests.
 """
 
-import functools
 import math
-from collections.abc import Callable
-from typing import Any
 
 from evolvent_base import packages
 
@@ -25,25 +22,10 @@ if "evolvent" in packages.folders():
     from evolvent.compiled.jit import MATRIX, VECTOR, indirect, inlined
 
     MOTION, ENVELOPE = types.void(VECTOR, VECTOR, MATRIX), types.void(VECTOR, VECTOR, VECTOR)
-else:  # plain Python: the same digits, 30 times slower
+else:  # the same digits, 30 times slower
+    from evolvent_massprops.plain import indirect, inlined
+
     MOTION = ENVELOPE = None
-
-    def inlined(function: Callable[..., Any]) -> Any:
-        """Leave a function as it is."""
-        return function
-
-    def indirect(signature: Any, *, disjoint: bool = False, used_for: Any = ()) -> Callable[[Callable[..., Any]], Any]:
-        """Have a function take lists, whose numbers Python reads faster than an array's."""
-
-        def decorate(function: Callable[..., Any]) -> Any:
-            @functools.wraps(function)
-            def call(p: Any, time: Any, out: Any) -> None:
-                function(p.tolist(), time.tolist(), out)
-
-            return call
-
-        return decorate
-
 
 #: Places in `p`: frequency w0, rad/s; d, 1/s; mu; q; x(0); x'(0) / w0; sine, line, cube; P, S, e; 1 for an imaginary
 #: amplitude, else 0.
