@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
@@ -14,14 +15,17 @@ from evolvent.results import display, happened, variables
 from evolvent.results.motion import conjugate, product, quantity, rotation_vectors
 from evolvent.view import balance, show, table
 from evolvent_base.figures import Figure, Line, Number, Panel
+from evolvent_base.style import PALETTE
 from evolvent_base.units import unit_text
 
 #: Share of the range of a curve within which it no longer changes, and of the run at which the page ends at most.
 _STILL, _CUT = 0.01, 0.6
 #: How much longer than what happens the page is, and heights of its title and of a panel, mm.
 _LONGER, _TITLE, _PANEL = 1.15, 14.0, 40.0
-#: Share of the largest value of a panel within which curves are one, and most lines of the panel of events.
-_ALIKE, _KINDS = 1e-3, 10
+#: Share of the largest value of a panel within which curves are one, and below which they are not seen.
+_ALIKE, _UNSEEN = 1e-3, 1e-4
+#: Most lines of the panel of events, and most different curves of a panel; of more, repeated parts are bands.
+_KINDS, _CURVES = 10, 6
 #: Height of the panel of events, and of each of its lines more, of that of another one.
 _STRIP, _ROW = 0.2, 0.1
 #: Turn of a body from which on it spins, and least one that is drawn, rad.
@@ -133,9 +137,9 @@ def _angles(run: xr.DataTree) -> _Panels:
         lines, marks = [], []
         for own, line in _distinct(curves):
             lines.append(line)
-            for at in dict.fromkeys(_last(run, part, "latch_time") for part in own):
+            for at, part in {_last(run, part, "latch_time"): part for part in reversed(own)}.items():
                 if np.isfinite(at):
-                    marks.append(_mark(at, float(np.interp(at, line.x, line.y)), line.color))
+                    marks.append(_mark(at, float(np.interp(at, curves[part].x, curves[part].y)), line.color))
         if marks:
             marks[0] = dataclasses.replace(marks[0], label="latched")
         label = show.panel_label(display.shown(variables.get(run, f"{parts[0]}.{variable}")), variable)
@@ -158,16 +162,19 @@ def _latches(run: xr.DataTree) -> _Panels:
         curves = {part: show.lines_of(run, f"{part}.{name}", label=part)[0] for part in parts}
         lines, marks = [], []
         for own, line in _distinct(curves):
-            at, value = max((peak_of(run, part, kind) for part in own), key=lambda one: abs(one[1]))
+            (at, value), whose = max(((peak_of(run, part, kind), part) for part in own), key=lambda one: abs(one[0][1]))
             unit = unit_text(str(run[parts[0]][peak].attrs["units"]))
-            lines.append(_labelled(line, at, abs(value), unit))
+            lines.append(_labelled(line, at, abs(value), unit, whose))
             marks.append(_mark(at, value, line.color))
         label = f"latch {kind}, {unit_text(str(run[parts[0]][name].attrs['units']))}"
         yield Panel(x_label="", y_label=label, lines=[*lines, *marks]), set()
 
 
 def _distinct(curves: Mapping[str, Line]) -> list[tuple[list[str], Line]]:
-    """Curves of parts in distinguishable colours, those that are equal in one: the parts of each, and its curve."""
+    """Curves of parts in distinguishable colours, those that are equal in one: the parts of each, and its curve.
+
+    Where that leaves many, those of repeated parts are one band between their least and largest values.
+    """
     size = max((show.largest_of(np.asarray(line.y)) for line in curves.values()), default=0.0)
     groups: list[list[str]] = []
     for part, line in curves.items():
@@ -177,8 +184,34 @@ def _distinct(curves: Mapping[str, Line]) -> list[tuple[list[str], Line]]:
             groups.append([part])
         else:
             group.append(part)
+    banded: list[list[str]] = []
+    if len(groups) > _CURVES:
+        curves_of = Counter(stem for group in groups for stem in {_stem(part) for part in group})
+        many = [stem for stem, count in curves_of.items() if count > 1]
+        banded = [[part for part in curves if _stem(part) == stem] for stem in many]
+        groups = [own for group in groups if (own := [part for part in group if _stem(part) not in many])]
     named = [dataclasses.replace(curves[own[0]], label=table.listed(own)) for own in groups]
-    return list(zip(groups, show.coloured(named), strict=True))
+    named += [_band([curves[part] for part in own], table.listed(own)) for own in banded]
+    return list(zip([*groups, *banded], map(_filled, show.coloured(named)), strict=True))
+
+
+def _filled(line: Line) -> Line:
+    """A line, and the area of a band, in its colour."""
+    if not line.fill or not isinstance(line.color, int):
+        return line
+    return dataclasses.replace(line, fill=f"{PALETTE[line.color]}40")
+
+
+def _stem(part: str) -> str:
+    """What the names of repeated parts have in common."""
+    return re.sub(r"\d+", "#", part)
+
+
+def _band(lines: Sequence[Line], label: str) -> Line:
+    """The area between the least and the largest values of curves over the same times."""
+    x, values = np.asarray(lines[0].x), np.array([np.nan_to_num(line.y) for line in lines])
+    around = np.concatenate([values.min(axis=0), values.max(axis=0)[::-1]])
+    return Line(x=np.concatenate([x, x[::-1]]), y=around, label=label, width=0.6, fill="gainsboro")
 
 
 def _is_same(a: np.ndarray, b: np.ndarray, most: float) -> bool:
@@ -186,21 +219,24 @@ def _is_same(a: np.ndarray, b: np.ndarray, most: float) -> bool:
     return a.shape == b.shape and float(np.abs(a - b).max(initial=0.0)) <= most
 
 
-def _labelled(line: Line, at: float, value: float, unit: str) -> Line:
-    """A curve whose label states its largest value, and when it has that."""
+def _labelled(line: Line, at: float, value: float, unit: str, whose: str = "") -> Line:
+    """A curve whose label states its largest value, and when and in which part it has that."""
     if not line.label:
         return line
-    return dataclasses.replace(line, label=f"{line.label}: {quantity(value, unit)} at {at:.4g} s")
+    whose = f" ({whose})" if whose and line.fill else ""
+    return dataclasses.replace(line, label=f"{line.label}: {quantity(value, unit)} at {at:.4g} s{whose}")
 
 
 def _with_peaks(curves: Mapping[str, Line], unit: str) -> list[Line]:
     """Distinct curves with labels of their largest values, and a mark at each."""
     lines, marks = [], []
-    for _, line in _distinct(curves):
-        size = np.abs(np.nan_to_num(line.y))
+    for own, line in _distinct(curves):
+        whose = max(own, key=lambda part: show.largest_of(np.asarray(curves[part].y)))
+        largest = curves[whose]
+        size = np.abs(np.nan_to_num(largest.y))
         k = int(np.argmax(size >= (1.0 - 1e-6) * size.max()))
-        lines.append(_labelled(line, float(line.x[k]), float(size[k]), unit))
-        marks.append(_mark(float(line.x[k]), float(line.y[k]), line.color))
+        lines.append(_labelled(line, float(largest.x[k]), float(size[k]), unit, whose))
+        marks.append(_mark(float(largest.x[k]), float(largest.y[k]), line.color))
     return [*lines, *marks]
 
 
@@ -209,8 +245,9 @@ def _peaks(run: xr.DataTree, found: Mapping[tuple[str, str], list[str]]) -> _Pan
     nothing = show.round_off(run)
     for (variable, called), parts in found.items():
         values = [variables.group_of(run, part)[variable] for part in parts]
-        moves = [show.largest_of(one.values) > nothing.get(str(one.attrs["units"]), 0.0) for one in values]
-        parts = [part for part, is_moving in zip(parts, moves, strict=True) if is_moving]
+        sizes = [show.largest_of(one.values) for one in values]
+        least = [max(nothing.get(str(one.attrs["units"]), 0.0), _UNSEEN * max(sizes)) for one in values]
+        parts = [part for part, size, none in zip(parts, sizes, least, strict=True) if size > none]
         if not parts:
             continue
         unit = unit_text(str(display.shown(variables.get(run, f"{parts[0]}.{variable}")).attrs["units"]))
@@ -222,18 +259,20 @@ def _peaks(run: xr.DataTree, found: Mapping[tuple[str, str], list[str]]) -> _Pan
 
 
 def _acting(run: xr.DataTree) -> _Panels:
-    """Torques and forces of what acts on coordinates, such as motors and tape springs, by kind of part."""
+    """Torques, forces and tensions of what acts on coordinates, as motors, tape springs and cords, by kind of part.
+
+    Those of parts that have latched are those of the latch.
+    """
     found: dict[tuple[str, str], list[str]] = {}
-    for coordinate, force in (("angle", "torque"), ("travel", "force")):
+    for coordinate, force in (("angle", "torque"), ("travel", "force"), ("length", "tension")):
         for part in _with(run, force, also=coordinate):
-            group = variables.group_of(run, part)
-            if coordinate in show.plots_of(run, part) and "latched" not in group and group[force].ndim == 1:
+            if not np.isfinite(_last(run, part, "latch_time")) and variables.group_of(run, part)[force].ndim == 1:
                 found.setdefault((force, _kind(run, part)), []).append(part)
     yield from _peaks(run, found)
 
 
 def _one_sided(run: xr.DataTree) -> _Panels:
-    """Tensions of cords, and of others that act one way, by kind of part."""
+    """Forces of cords, and of others that act one way, by kind of part."""
     found: dict[tuple[str, str], list[str]] = {}
     for part in variables.parts(run):
         words = json.loads(run[part].attrs.get("one_sided", "{}"))
@@ -251,8 +290,7 @@ def _events(run: xr.DataTree) -> Panel | None:
     """A line for each thing that happened, of equal parts in one, with marks at its times; None without any."""
     events, kinds = happened.events_of(run), dict[tuple[str, str], dict[str, list[float]]]()
     for time, part, what in zip(events.time.values, events.part.values, events.what.values, strict=True):
-        stem = re.sub(r"\d+", "#", str(part))
-        kinds.setdefault((stem, str(what)), {}).setdefault(str(part), []).append(float(time))
+        kinds.setdefault((_stem(str(part)), str(what)), {}).setdefault(str(part), []).append(float(time))
     if not kinds:
         return None
     lines, names = [], {}
@@ -290,7 +328,8 @@ def _base(run: xr.DataTree) -> _Panels:
         unit = unit_text(str(display.shown(variables.get(run, f"{body}.rate")).attrs["units"]))
         label = f"rate of {body}{'' if named else f' about {words[0]}'}, {unit}"
         shown = {f"{body}.rate"} if len(bodies) == 1 else set()
-        yield Panel(x_label="", y_label=label, lines=show.coloured(lines)), shown
+        curves = {line.label or "largest": line for line in lines}
+        yield Panel(x_label="", y_label=label, lines=_with_peaks(curves, unit)), shown
     time, attitude = variables.root_dataset(run)["time"].values, variables.get(run, f"{body}.attitude").values
     factor, name = display.shown_unit("rad")
     turned = np.linalg.norm(rotation_vectors(product(conjugate(attitude[:1]), attitude)), axis=1)
@@ -336,16 +375,24 @@ def _end(time: np.ndarray, panels: Sequence[Panel]) -> float:
     """Time at which the page ends, s: a little after the last change of any curve, or the end of the run."""
     last = 0.0
     for panel in panels:
-        lines = [line for line in panel.lines if len(line.x) == len(time)]
-        if not lines:
+        curves = [curve for line in panel.lines for curve in _curves_of(line, time.size)]
+        if not curves:
             continue
-        values = np.array([np.nan_to_num(line.y) for line in lines])
+        values = np.nan_to_num(np.array(curves))
         size = float(np.abs(values).max())
         if size > 0.0:
             changed = np.flatnonzero((np.abs(values - values[:, -1:]) > _STILL * size).any(axis=0))
             last = max(last, float(time[changed[-1]]) if changed.size else 0.0)
     end = float(_LONGER * last + (1.0 - _LONGER) * time[0])
     return end if 0.0 < end < _CUT * time[-1] else float(time[-1])
+
+
+def _curves_of(line: Line, count: int) -> list[np.ndarray]:
+    """Values over all times of a curve, and of both sides of a band; none of marks."""
+    y = np.asarray(line.y)
+    if line.fill and y.size == 2 * count:
+        return [y[:count], y[count:][::-1]]
+    return [y] if y.size == count else []
 
 
 def _end_of_loads(run: xr.DataTree, time: np.ndarray) -> float:

@@ -84,7 +84,7 @@ def listed(names: Sequence[str]) -> str:
             spans[-1][1] = number
         else:
             spans.append([number, number])
-    words = [str(a) if a == b else f"{a} {'to' if b > a + 1 else 'and'} {b}" for a, b in spans]
+    words = [word for a, b in spans for word in ([f"{a} to {b}"] if b > a + 1 else dict.fromkeys((str(a), str(b))))]
     assert split[0] is not None
     if len(words) > _LISTED:
         return f"{split[0][1]}{words[0]}, {words[1]}, .. {words[-1]}{split[0][3]} ({len(names)})"
