@@ -46,7 +46,8 @@ def round_off(run: xr.DataTree) -> dict[str, float]:
     """Largest value that is round-off, by unit of the data.
 
     It is a share of the largest value of the unit in all parts; angles, and rates over the length of the run, have
-    a least value besides; forces and torques are compared with the energy that has moved, over the largest length.
+    a least value besides; forces and torques are compared with the energy that has moved, over the largest length, and
+    momenta with these over the length of the run.
     """
     largest: dict[str, float] = {}
     for part in variables.parts(run):
@@ -62,9 +63,11 @@ def round_off(run: xr.DataTree) -> dict[str, float]:
     floors = {"rad": _LEAST_ANGLE, "N m": _NOTHING * moved}
     if span > 0.0:
         floors["rad s-1"] = _LEAST_ANGLE / span
+        floors["kg m2 s-1"] = floors["N m"] * span
     if largest.get("m", 0.0) > 0.0:
         floors["N"] = _NOTHING * moved / largest["m"]
-    return {unit: max(value, floors.get(unit, 0.0)) for unit, value in found.items()}
+        floors["kg m s-1"] = floors["N"] * span
+    return {unit: max(found.get(unit, 0.0), floors.get(unit, 0.0)) for unit in {**found, **floors}}
 
 
 def label_of(found: xr.DataArray, fallback: str = "") -> str:
