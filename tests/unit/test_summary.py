@@ -73,7 +73,7 @@ def test_roots_of_beams_show_their_largest_loads():
 
 def test_cords_that_are_constraints_are_shown_with_their_peaks_and_curves_that_are_not_seen_are_not():
     run = evolvent.run("yo-yo-despin")
-    tension, rate, turn, energy = summary.figures(run)[0].panels
+    tension, rate, turn, _ = summary.figures(run)[0].panels
     values = run["cord 1"]["tension"].values
     k = int(np.argmax(values))
     assert tension.y_label == "tension of joints, N"

@@ -322,8 +322,8 @@ def _account(run: Any, name: str, least: float) -> list[tuple[str, ...]]:
         places = [f"{before}, {x}".lstrip(", ") for before in places for x in listed]
     rows = []
     for k, place in enumerate(places):
-        one = values[:, k]
-        if np.abs(np.nan_to_num(one)).max() > least:
+        one = np.where(np.abs(values[:, k]) <= least, 0.0, values[:, k])
+        if np.any(np.nan_to_num(one)):
             what = variable.attrs.get("long_name", name)
             numbers = (one[0], np.nanmin(one), np.nanmax(one), one[-1])
             rows.append((f"{what}: {place}" if place else what, *(f"{x + 0.0:.4g}" for x in numbers)))
