@@ -60,6 +60,16 @@ def test_the_summary_answers_what_is_asked(array):
     assert torque.y_label.endswith("N m")
 
 
+def test_figures_of_kinds_have_no_curves_of_round_off_and_one_for_equal_parts(array):
+    run = array.copy()
+    held = run["satellite"].to_dataset()
+    run["satellite"] = held.assign(rate=held["rate"] * 1e-14 + 1e-17)
+    run["panel 2"] = run["panel 3"].to_dataset().assign_attrs(run["panel 2"].attrs)
+    bodies = next(figure for figure in show.figures(run) if figure.name == "rigid-body")
+    (rates,) = (panel for panel in bodies.panels if "angular velocity" in panel.y_label)
+    assert [line.label for line in rates.lines] == ["panel 1", "panel 2 and 3"]
+
+
 def test_roots_of_beams_show_their_largest_loads():
     run = evolvent.run("boom-slew", {"simulate.until": 3.0})
     force, moment, *_ = summary.figures(run)[0].panels

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import re
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
@@ -14,18 +12,16 @@ import xarray as xr
 from evolvent.results import display, happened, variables
 from evolvent.results.motion import conjugate, product, quantity, rotation_vectors
 from evolvent.view import balance, show, table
+from evolvent.view.curves import distinct, largest_of, listed, stem_of
 from evolvent_base.figures import Figure, Line, Number, Panel
-from evolvent_base.style import PALETTE
 from evolvent_base.units import unit_text
 
 #: Share of the range of a curve within which it no longer changes, and of the run at which the page ends at most.
 _STILL, _CUT = 0.01, 0.6
 #: How much longer than what happens the page is, and heights of its title and of a panel, mm.
 _LONGER, _TITLE, _PANEL = 1.15, 14.0, 40.0
-#: Share of the largest value of a panel within which curves are one, and below which they are not seen.
-_ALIKE, _UNSEEN = 1e-3, 1e-4
-#: Most lines of the panel of events, and most different curves of a panel; of more, repeated parts are bands.
-_KINDS, _CURVES = 10, 6
+#: Share of the largest value of a panel below which a curve is not seen, and most lines of the panel of events.
+_UNSEEN, _KINDS = 1e-4, 10
 #: Height of the panel of events, and of each of its lines more, of that of another one.
 _STRIP, _ROW = 0.2, 0.1
 #: Turn of a body from which on it spins, and least one that is drawn, rad.
@@ -135,7 +131,7 @@ def _angles(run: xr.DataTree) -> _Panels:
             continue
         curves = {part: show.lines_of(run, f"{part}.{variable}", label=part)[0] for part in parts}
         lines, marks = [], []
-        for own, line in _distinct(curves):
+        for own, line in distinct(curves):
             lines.append(line)
             for at, part in {_last(run, part, "latch_time"): part for part in reversed(own)}.items():
                 if np.isfinite(at):
@@ -161,62 +157,13 @@ def _latches(run: xr.DataTree) -> _Panels:
             continue
         curves = {part: show.lines_of(run, f"{part}.{name}", label=part)[0] for part in parts}
         lines, marks = [], []
-        for own, line in _distinct(curves):
+        for own, line in distinct(curves):
             (at, value), whose = max(((peak_of(run, part, kind), part) for part in own), key=lambda one: abs(one[0][1]))
             unit = unit_text(str(run[parts[0]][peak].attrs["units"]))
             lines.append(_labelled(line, at, abs(value), unit, whose))
             marks.append(_mark(at, value, line.color))
         label = f"latch {kind}, {unit_text(str(run[parts[0]][name].attrs['units']))}"
         yield Panel(x_label="", y_label=label, lines=[*lines, *marks]), set()
-
-
-def _distinct(curves: Mapping[str, Line]) -> list[tuple[list[str], Line]]:
-    """Curves of parts in distinguishable colours, those that are equal in one: the parts of each, and its curve.
-
-    Where that leaves many, those of repeated parts are one band between their least and largest values.
-    """
-    size = max((show.largest_of(np.asarray(line.y)) for line in curves.values()), default=0.0)
-    groups: list[list[str]] = []
-    for part, line in curves.items():
-        alike = (group for group in groups if _is_same(curves[group[0]].y, line.y, _ALIKE * size))
-        group = next(alike, None)
-        if group is None:
-            groups.append([part])
-        else:
-            group.append(part)
-    banded: list[list[str]] = []
-    if len(groups) > _CURVES:
-        curves_of = Counter(stem for group in groups for stem in {_stem(part) for part in group})
-        many = [stem for stem, count in curves_of.items() if count > 1]
-        banded = [[part for part in curves if _stem(part) == stem] for stem in many]
-        groups = [own for group in groups if (own := [part for part in group if _stem(part) not in many])]
-    named = [dataclasses.replace(curves[own[0]], label=table.listed(own)) for own in groups]
-    named += [_band([curves[part] for part in own], table.listed(own)) for own in banded]
-    return list(zip([*groups, *banded], map(_filled, show.coloured(named)), strict=True))
-
-
-def _filled(line: Line) -> Line:
-    """A line, and the area of a band, in its colour."""
-    if not line.fill or not isinstance(line.color, int):
-        return line
-    return dataclasses.replace(line, fill=f"{PALETTE[line.color]}40")
-
-
-def _stem(part: str) -> str:
-    """What the names of repeated parts have in common."""
-    return re.sub(r"\d+", "#", part)
-
-
-def _band(lines: Sequence[Line], label: str) -> Line:
-    """The area between the least and the largest values of curves over the same times."""
-    x, values = np.asarray(lines[0].x), np.array([np.nan_to_num(line.y) for line in lines])
-    around = np.concatenate([values.min(axis=0), values.max(axis=0)[::-1]])
-    return Line(x=np.concatenate([x, x[::-1]]), y=around, label=label, width=0.6, fill="gainsboro")
-
-
-def _is_same(a: np.ndarray, b: np.ndarray, most: float) -> bool:
-    a, b = np.nan_to_num(a), np.nan_to_num(b)
-    return a.shape == b.shape and float(np.abs(a - b).max(initial=0.0)) <= most
 
 
 def _labelled(line: Line, at: float, value: float, unit: str, whose: str = "") -> Line:
@@ -230,8 +177,8 @@ def _labelled(line: Line, at: float, value: float, unit: str, whose: str = "") -
 def _with_peaks(curves: Mapping[str, Line], unit: str) -> list[Line]:
     """Distinct curves with labels of their largest values, and a mark at each."""
     lines, marks = [], []
-    for own, line in _distinct(curves):
-        whose = max(own, key=lambda part: show.largest_of(np.asarray(curves[part].y)))
+    for own, line in distinct(curves):
+        whose = max(own, key=lambda part: largest_of(np.asarray(curves[part].y)))
         largest = curves[whose]
         size = np.abs(np.nan_to_num(largest.y))
         k = int(np.argmax(size >= (1.0 - 1e-6) * size.max()))
@@ -245,7 +192,7 @@ def _peaks(run: xr.DataTree, found: Mapping[tuple[str, str], list[str]]) -> _Pan
     nothing = show.round_off(run)
     for (variable, called), parts in found.items():
         values = [variables.group_of(run, part)[variable] for part in parts]
-        sizes = [show.largest_of(one.values) for one in values]
+        sizes = [largest_of(one.values) for one in values]
         least = [max(nothing.get(str(one.attrs["units"]), 0.0), _UNSEEN * max(sizes)) for one in values]
         parts = [part for part, size, none in zip(parts, sizes, least, strict=True) if size > none]
         if not parts:
@@ -290,13 +237,13 @@ def _events(run: xr.DataTree) -> Panel | None:
     """A line for each thing that happened, of equal parts in one, with marks at its times; None without any."""
     events, kinds = happened.events_of(run), dict[tuple[str, str], dict[str, list[float]]]()
     for time, part, what in zip(events.time.values, events.part.values, events.what.values, strict=True):
-        kinds.setdefault((_stem(str(part)), str(what)), {}).setdefault(str(part), []).append(float(time))
+        kinds.setdefault((stem_of(str(part)), str(what)), {}).setdefault(str(part), []).append(float(time))
     if not kinds:
         return None
     lines, names = [], {}
     for k, ((_, what), parts) in enumerate(list(kinds.items())[:_KINDS]):
         times = np.unique(np.concatenate([np.array(own) for own in parts.values()]))
-        names[-float(k)] = f"{table.listed(list(parts))} {what}".removesuffix(" event").strip() or what
+        names[-float(k)] = f"{listed(list(parts))} {what}".removesuffix(" event").strip() or what
         lines.append(Line(x=times, y=np.full(times.size, -float(k)), style="", marker="o", color=0))
     return Panel(x_label="", y_label="", lines=lines, y_names=names)
 
@@ -319,7 +266,7 @@ def _base(run: xr.DataTree) -> _Panels:
     body = bodies[0]
     lines = show.moving(show.lines_of(run, f"{body}.rate", label=""))
     nothing = show.round_off(run)["rad s-1"]
-    if show.largest_of(variables.get(run, f"{body}.rate").values) > nothing:
+    if largest_of(variables.get(run, f"{body}.rate").values) > nothing:
         words = [line.label.lstrip(".") for line in lines]
         named = len(lines) > 1
         lines = [
@@ -354,7 +301,7 @@ def _roots(run: xr.DataTree) -> _Panels:
         curves = {
             part: Line(x=time, y=size, label=part)
             for part, size in sizes.items()
-            if show.largest_of(size) > nothing.get(units, 0.0)
+            if largest_of(size) > nothing.get(units, 0.0)
         }
         if curves:
             unit = unit_text(units)
@@ -401,7 +348,7 @@ def _end_of_loads(run: xr.DataTree, time: np.ndarray) -> float:
     for part in variables.parts(run):
         for name in json.loads(run[part].attrs.get("given", "[]")):
             values = variables.values(variables.group_of(run, part)[name])
-            changed = np.flatnonzero((np.abs(values - values[-1:]) > _STILL * show.largest_of(values)).any(axis=1))
+            changed = np.flatnonzero((np.abs(values - values[-1:]) > _STILL * largest_of(values)).any(axis=1))
             if changed.size:
                 end = float(time[-1]) if _LONGER * time[changed[-1]] > _CUT * time[-1] else max(
                     end, _LONGER * float(time[changed[-1]])
