@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import evolvent
-from evolvent import results
+from evolvent import parts, results
 from evolvent.solvers.common import balance
 from evolvent.solvers.time.explicit import run as explicit_run
 
@@ -28,6 +28,20 @@ SHORT = {
 def runs():
     """A short run of every system, by a short name."""
     return {name: evolvent.run(case, changes) for name, (case, changes) in SHORT.items()}
+
+
+@pytest.fixture(scope="session")
+def released():
+    """A flap with a spring and a harness in its hinge, which is released half-way, and a post that stays."""
+    made = evolvent.System(title="Flap")
+    shape = {"box": (0.2, 0.1, 0.1)}
+    for name, x in (("flap", 0.0), ("post", 1.0)):
+        made.add(parts.RigidBody(mass=1.0, shape=shape, position=(x, 0.0, 0.0)), name)
+    made.add(parts.Joint(a=(0.0, 0.0, 0.0), b="flap", type="revolute", axis=(0, 1, 0), until=0.1), "pin")
+    made.add(parts.JointSpring(joint="pin", stiffness=1.0, damping=0.1, rest=0.5), "hinge")
+    made.add(parts.Resistance(joint="hinge", type="harness", stiffness=0.1), "harness")
+    made.add(parts.Joint(a=(1.0, 0.0, 0.0), b="post", type="clamp"), "clamp")
+    return made.simulate(until=0.2, every=0.02)
 
 
 @pytest.fixture(scope="session")

@@ -178,6 +178,22 @@ def test_vtk_of_several_bodies(runs, tmp_path, monkeypatch):
     assert "solids of bus, panel, ball" in text
 
 
+def test_vtk_ends_with_the_symbols_and_marks_of_a_released_joint(released, tmp_path):
+    vtk.write(released, str(tmp_path), Request())
+    drawn, closed = motion(released), released["pin"].closed.values > 0.5
+    assert 2 < closed.sum() < closed.size - 2
+    of = {name: 1 + list(dict.fromkeys(x.name for x in drawn.symbols)).index(name) for name in ("pin", "clamp")}
+    mark = 1 + [x.name for x in drawn.marks].index("pin")
+    for k, holds in enumerate(closed):
+        symbols, marks = (grid(tmp_path / "data" / f"{kind}-{k:05d}.vtp") for kind in ("symbols", "marks"))
+        assert [number in symbols["part"] for number in of.values()] == [holds, True]
+        assert (mark in marks["kind"]) == holds
+        assert np.isfinite(marks["points"]).all()
+    without = vtk.Grid(vtp.POLYS)
+    without.write(str(tmp_path / "none.vtp"))
+    assert pieces(tmp_path / "none.vtp") == (0, 0, 0)
+
+
 def test_vtk_again_leaves_nothing_old(runs, tmp_path):
     (tmp_path / "mine.txt").write_text("stays")
     vtk.write(runs["stand"], str(tmp_path), Request(frames=20))

@@ -36,12 +36,13 @@ class Model:
         assert (size % 4, rest % 4, 28 + size + rest) == (0, 0, len(raw))
         self.data = raw[28 + size :]
         self.nodes = self.json["nodes"]
-        self.moves = {}
+        self.moves, self.between = {}, {}
         (animation,) = self.json["animations"]
         for channel in animation["channels"]:
             sampler = animation["samplers"][channel["sampler"]]
-            assert sampler["interpolation"] == "LINEAR"
             place = channel["target"]["node"], channel["target"]["path"]
+            self.between[place] = sampler["interpolation"]
+            assert self.between[place] == "LINEAR" or place[1] == "scale"
             self.time = self.array(sampler["input"])
             self.moves[place] = self.array(sampler["output"])
         self.parents = {child: k for k, node in enumerate(self.nodes) for child in node.get("children", [])}
@@ -146,6 +147,15 @@ def test_single_precision_far_from_the_origin_is_told(runs, tmp_path, monkeypatc
         monkeypatch.setattr(gltf, "animation_of", lambda run, moved=moved: moved)
         said = gltf.write(run, str(tmp_path / "a.glb"), Request(axes=axes))
         assert ("positions are rounded to 420 mm: take --axes body" in said) is told
+
+
+def test_a_symbol_vanishes_at_the_sample_at_which_its_joint_is_released(released, tmp_path):
+    gltf.write(released, str(tmp_path / "a.glb"), Request())
+    model, closed = Model(tmp_path / "a.glb"), released["pin"].closed.values > 0.5
+    of = {one["name"]: k for k, one in enumerate(model.nodes) if "mesh" not in one}
+    assert np.array_equal(model.moves[of["pin"], "scale"], np.repeat(closed[:, None], 3, axis=1))
+    assert model.between[of["pin"], "scale"] == "STEP"
+    assert (of["clamp"], "scale") not in model.moves
 
 
 def test_a_single_sample_is_no_animation(runs, tmp_path):

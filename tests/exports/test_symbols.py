@@ -214,6 +214,13 @@ def test_nothing_is_drawn_of_a_joint_that_is_released(machine):
     assert (blocks[f"symbol {k} shown"][0], blocks[f"symbol {k} shown"][-1]) == (1.0, 0.0)
 
 
+def test_what_acts_on_a_joint_by_way_of_its_spring_is_not_drawn_after_the_release(released):
+    drawn = [frame for frame in show.motion(released).symbols if frame.name in ("pin", "hinge", "harness")]
+    assert len(drawn) > 1
+    for frame in drawn:
+        assert np.array_equal(frame.shown, released["pin"].closed.values > 0.5), frame.name
+
+
 def test_animation_and_pictures_show_symbols(craft):
     motion = show.motion(craft)
     header, blocks = animation.described(motion, 5, points=100)

@@ -51,8 +51,15 @@ def test_a_run_is_judged_by_its_limits(tmp_path):
     report.write(ran, str(tmp_path / "report.html"))
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "success, but 1 of 2 limits is missed" in page
-    assert page.index("Verdict") < page.index("limit hinge")
+    assert page.index("Verdict") < page.index("Limit hinge.torque.abs_max") < page.index("limit hinge")
     assert "Structure: RCubeSat flap" in page  # titles are not changed
+
+
+def test_a_momentum_of_round_off_is_no_number_of_the_report(tmp_path):
+    free = {**CASE["parts"], "bus": {"kind": "rigid-body", "mass": "1 kg", "inertia": "1 kg m^2"}}
+    report.write(evolvent.run(CASE | {"parts": free}), str(tmp_path / "report.html"))
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "Linear momentum: zero throughout." in page
 
 
 def test_the_command_ends_with_1_where_a_limit_is_missed(tmp_path):

@@ -19,6 +19,7 @@ from evolvent_base.figures import Quantity
         (["rib 1", "rib 2"], "rib 1 and 2"),
         (["rib 1", "rib 2", "rib 3", "rib 4"], "rib 1 to 4"),
         (["rib 1", "rib 2", "rib 3", "rib 7"], "rib 1 to 3 and 7"),
+        (["rib 1", "rib 2", "rib 4", "rib 5"], "rib 1, 2, 4 and 5"),
         (["rib 1 cord", "rib 2 cord"], "rib 1 and 2 cord"),
         (["hub", "bus"], "hub, bus"),
     ],

@@ -305,10 +305,14 @@ def y_limits(panel: Panel) -> tuple[float, float] | None:
     """Ends of a panel's y axis where its values alone do not decide them.
 
     An axis starts at zero where `y_zero` asks for it, is `y_span` long or longer, and is wide where all values are the
-    same but for round-off.
+    same but for round-off. One of names has half a row beside the first and the last.
     """
     if panel.log or panel.equal or panel.map is not None:
         return None
+    if panel.y_names:
+        low, high = min(panel.y_names), max(panel.y_names)
+        row = (high - low) / max(len(panel.y_names) - 1, 1) or 1.0
+        return low - 0.5 * row, high + 0.5 * row
     values = np.concatenate([np.ravel(np.asarray(line.y, dtype=float)) for line in panel.lines] or [np.zeros(0)])
     values = values[np.isfinite(values)]
     if not values.size:

@@ -31,6 +31,8 @@ from evolvent_base.errors import InputError, counted, nearest
 Array = np.ndarray
 #: Depth that counts as touching, of the radius about the smaller body.
 _TOUCHING = 1e-6
+#: Share of the smallest distance within which another one is the same.
+_SAME = 1e-6
 #: Steps of the penetration depth of round bodies: leaves at most 3e-4 of their radius.
 _ITERATIONS = 256
 #: Parts with an extent that are not checked.
@@ -282,8 +284,9 @@ class _Pair:
         """Smallest distance, m, and the first time of it, s."""
         if not np.isfinite(self.d).any():
             return np.nan, np.nan
-        k = int(np.nanargmin(self.d))
-        return float(self.d[k]), float(self._time[k])
+        least = float(np.nanmin(self.d))
+        k = int(np.argmax(self.exact & (self.d <= least + _SAME * abs(least))))
+        return least, float(self._time[k])
 
     def interferences(self) -> list[tuple[float, float, float]]:
         """Start and end, s, and depth, m."""

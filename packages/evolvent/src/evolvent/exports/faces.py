@@ -191,7 +191,7 @@ class Drawer:
         for number, (frame, meshes) in enumerate(zip(self._motion.frames, self._meshes, strict=True)):
             parts += self._body(camera, frame, meshes, k, _BODIES[0 if frame is self._motion.body else number % 5])
         for frame, meshes in zip(self._motion.symbols, self._symbol_meshes, strict=True):
-            if frame.shown is not None and frame.shown[k] < 0.5:
+            if not frame.is_shown(k):
                 continue
             for faces in self._body(camera, frame, meshes, k, _SYMBOL):
                 parts.append(faces._replace(depth=faces.depth - frame.lift - 1e-3 * camera.radius))

@@ -8,6 +8,7 @@ Source: glTF 2.0 specification, Khronos Group (binary glTF, accessors, animation
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -82,10 +83,11 @@ def write(run: Any, path: str, request: Request) -> str:
 
 
 def _add_frame(file: _File, root: int, frame: Frame, color: str) -> None:
-    """A node that moves with a frame, with a node for each of its solids."""
+    """A node that moves with a frame, with a node for each of its solids; where it is not shown, it is a point."""
     if not frame.solids:
         return
-    body = file.node(frame.name, root, translation=frame.origin, rotation=frame.attitude)
+    shown = None if frame.shown is None else np.repeat((frame.shown > 0.5)[:, None], 3, axis=1)
+    body = file.node(frame.name, root, steps={"scale": shown}, translation=frame.origin, rotation=frame.attitude)
     for solid in frame.solids:
         scale = None if solid.scale is None else np.repeat(solid.scale[:, None], 3, axis=1)
         file.node(
@@ -148,8 +150,18 @@ class _File:
         self._units: dict[bool, int] = {}
         self._time = self._accessor(time, bounds=True)
 
-    def node(self, name: str, parent: int | None = None, mesh: int | None = None, **moves: Array | None) -> int:
-        """A node with what places it: of one sample, or of all, which is an animation; returns its number."""
+    def node(
+        self,
+        name: str,
+        parent: int | None = None,
+        mesh: int | None = None,
+        steps: Mapping[str, Array | None] | None = None,
+        **moves: Array | None,
+    ) -> int:
+        """A node with what places it: of one sample, or of all, which is an animation; returns its number.
+
+        Between samples `moves` are linear, and `steps` stay as they were at the last one.
+        """
         number = len(self._json["nodes"])
         found: dict[str, Any] = {"name": name}
         self._json["nodes"].append(found)
@@ -157,14 +169,15 @@ class _File:
             found["mesh"] = mesh
         if parent is not None:
             self._json["nodes"][parent].setdefault("children", []).append(number)
-        for path, given in moves.items():
+        placed = [("STEP", *one) for one in (steps or {}).items()] + [("LINEAR", *one) for one in moves.items()]
+        for between, path, given in placed:
             if given is None:
                 continue
             values = _shortest(given) if path == "rotation" else np.asarray(given, dtype=np.float32)
             first = values if values.ndim == 1 else values[0]
             found[path] = first.tolist()
             if values.ndim == 2 and np.any(values != first):
-                sampler = {"input": self._time, "output": self._accessor(values), "interpolation": "LINEAR"}
+                sampler = {"input": self._time, "output": self._accessor(values), "interpolation": between}
                 target = {"node": number, "path": path}
                 self._json["channels"].append({"sampler": len(self._json["samplers"]), "target": target})
                 self._json["samplers"].append(sampler)

@@ -24,7 +24,7 @@ from evolvent.exports import drawings
 from evolvent.exports.pictures import pictures
 from evolvent.results import WELL, limits, made_with, statistics_of, unfinished
 from evolvent.results.tree import solution_of
-from evolvent.view import animation
+from evolvent.view import animation, show
 from evolvent_base import answer as an, pages, showing
 from evolvent_base.errors import InputError, counted
 from evolvent_base.figures import Figure
@@ -105,7 +105,7 @@ def _missed(run: Any, margins: MarginResults | None) -> list[str]:
 
 def _verdict(run: Any, margins: MarginResults | None, missed: Sequence[str]) -> list[an.Section]:
     """What the run says of the limits and margins of its case; none of one without them."""
-    found: list[str] = [f"{one.text}: {one.shown}" for one in limits.of_run(run)]
+    found: list[str] = [f"Limit {one.text}: {one.shown}" for one in limits.of_run(run)]
     if margins is not None and margins.names:
         where = f", in {', '.join(margins.negative)}" if margins.negative else ""
         found.append(f"least margin {margins.least:+.3f}{where}")
@@ -158,8 +158,6 @@ def _notes(run: Any) -> list[an.Section]:
         add("note", attrs["message"])
     if attrs.get("warning"):
         add("warning", attrs["warning"], heading="Warning")
-    if attrs.get("latches"):
-        add("note", f"Latches: {attrs['latches']}.")
     laws = json.loads(attrs["laws"])
     if laws:
         named = ", ".join(f"{key}: {law}" for key, law in laws.items())
@@ -289,7 +287,7 @@ def _animation(run: Any, found: Clearances | None, written: Sequence[str]) -> li
 
 def _balances(run: Any) -> list[an.Block]:
     """Largest defects of the balances, and the values of conserved quantities; empty if there are none."""
-    time = run.time.values
+    time, least = run.time.values, show.round_off(run)
     defects: list[tuple[str, ...]] = []
     kept: dict[str, list[tuple[str, ...]]] = {}
     for name, variable in run.data_vars.items():
@@ -302,19 +300,20 @@ def _balances(run: Any) -> list[an.Block]:
             long_name = variable.attrs.get("long_name", str(name)) + ("" if unit == "1" else f", {unit}")
             defects.append((long_name, f"{values[k, 0]:.2e}", f"{time[k]:.5g} s", f"{values[-1, 0]:.2e}"))
         elif variable.attrs.get("units") in _ACCOUNTS and values.shape[1] <= 12:
-            kept.setdefault(variable.attrs["units"], []).extend(_account(run, str(name)))
+            unit = variable.attrs["units"]
+            kept.setdefault(unit, []).extend(_account(run, str(name), least.get(unit, 0.0)))
     tables: list[an.Block] = (
         [an.Table(heads=("balance", "largest defect", "at", "at the end"), rows=defects)] if defects else []
     )
     for unit, rows in kept.items():
         name, shown = _ACCOUNTS[unit], unit.replace("m2", "m²").replace("s-1", "s⁻¹")
         heads = (f"{name.lower()}, {shown}", "at the start", "smallest", "largest", "at the end")
-        tables += [an.Table(heads=heads, rows=rows, title=name)] if rows else []
+        tables.append(an.Table(heads=heads, rows=rows, title=name) if rows else f"{name}: zero throughout.")
     return tables
 
 
-def _account(run: Any, name: str) -> list[tuple[str, ...]]:
-    """Rows of one variable: what it is, first, least, largest, last; none for what is zero throughout."""
+def _account(run: Any, name: str, least: float) -> list[tuple[str, ...]]:
+    """Rows of one variable: what it is, first, least, largest, last; none for what is `least` or less throughout."""
     variable = run[name]
     values = variable.values.reshape(variable.sizes["time"], -1)
     places = [""]
@@ -323,7 +322,7 @@ def _account(run: Any, name: str) -> list[tuple[str, ...]]:
         places = [f"{before}, {x}".lstrip(", ") for before in places for x in listed]
     rows = []
     for k, place in enumerate(places):
-        one = values[:, k]
+        one = np.where(np.abs(values[:, k]) <= least, 0.0, values[:, k])
         if np.any(np.nan_to_num(one)):
             what = variable.attrs.get("long_name", name)
             numbers = (one[0], np.nanmin(one), np.nanmax(one), one[-1])

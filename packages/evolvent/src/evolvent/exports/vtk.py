@@ -180,7 +180,13 @@ class Grid:
         *,
         faces: np.ndarray | None = None,
     ) -> None:
-        """One line through points (n, 3), n single points, or faces (f, k) between them; data of each, or of all."""
+        """One line through points (n, 3), n single points, or faces (f, k) between them; data of each, or of all.
+
+        Single points that are nowhere, as a mark of a joint that is released, are left out.
+        """
+        if self._cells == vtp.VERTS:
+            known = np.isfinite(points).all(axis=1)
+            points, point_data = points[known], {name: values[known] for name, values in point_data.items()}
         n = len(points)
         if faces is not None:
             sizes = np.full(len(faces), faces.shape[1])
@@ -195,9 +201,11 @@ class Grid:
 
     def write(self, path: str) -> None:
         """Write the file `path`, which ends in .vtp."""
+        none = np.zeros(0, dtype=int)
         vtp.write(
-            path, np.concatenate(self._points), self._cells, np.concatenate(self._corners),
-            np.concatenate(self._sizes), _joined(self._point_data, [len(points) for points in self._points]),
+            path, np.concatenate([np.zeros((0, 3)), *self._points]), self._cells,
+            np.concatenate([none, *self._corners]), np.concatenate([none, *self._sizes]),
+            _joined(self._point_data, [len(points) for points in self._points]),
             _joined(self._cell_data, [len(sizes) for sizes in self._sizes]),
         )  # fmt: skip
 
@@ -260,8 +268,8 @@ def _bodies(motion: Motion, k: int) -> Grid:
 
 
 def _add_solids(made: Grid, frame: Frame, k: int, cell_data: dict[str, int], *, sectors: int) -> None:
-    """Faces of the solids of a frame at sample k."""
-    for solid in frame.solids:
+    """Faces of the solids of a frame at sample k, where it is shown."""
+    for solid in frame.solids if frame.is_shown(k) else ():
         mesh = solid.mesh(sectors=sectors, cells=1)
         placed = turned(frame.attitude[k : k + 1], solid.placed(mesh.vertices, k)[None])[0]
         made.add(frame.origin[k] + placed, {}, cell_data, faces=mesh.faces)
@@ -301,7 +309,8 @@ def _frames(motion: Motion, k: int) -> Grid:
     numbered = [*enumerate(motion.symbols, 1 + len(motion.frames)), *enumerate(motion.frames, 1)]
     for number, frame in numbered:
         q, origin = frame.attitude[k : k + 1], frame.origin[k]
-        for axis in range(-len(frame.outline), 3 if number <= len(motion.frames) else 0):
+        outlines = len(frame.outline) if frame.is_shown(k) else 0
+        for axis in range(-outlines, 3 if number <= len(motion.frames) else 0):
             polygon = np.stack([np.zeros(3), length * np.eye(3)[axis]]) if axis >= 0 else frame.outline[axis]
             placed = origin + turned(q, polygon[None])[0]
             data = {

@@ -54,6 +54,10 @@ class Frame:
     marked: Array | None = None
     shown: Array | None = None
 
+    def is_shown(self, k: int) -> bool:
+        """Whether it is drawn at sample k."""
+        return self.shown is None or bool(self.shown[k] > 0.5)
+
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Line:

@@ -17,6 +17,8 @@ from evolvent_base.figures import Figure, Line, Number, Panel, numbers_of, stack
 _ENERGY_UNITS = ((0.1, 1.0, "J"), (1e-4, 1e3, "mJ"), (0.0, 1e6, "µJ"))
 #: Smallest stored energy that is drawn, of the largest energy: less is round-off.
 _STORED_SHOWN = 1e-6
+#: Largest share of the largest energy that is round-off of one at the end.
+_LEFT = 1e-9
 #: Least length of the axis of the balance's defect, of the largest energy: it is drawn over ±0.1 % or more.
 _DEFECT_SCALE = 2e-3
 
@@ -86,10 +88,10 @@ def balance_numbers(run: xr.DataTree) -> list[Number]:
     root = variables.root_dataset(run)
     kinds = {"kinetic": root["energy_kinetic"].values}
     kinds |= stored_energies(run) or {"elastic": root["energy_elastic"].values}
-    text = ", ".join(f"{kind} {quantity(float(y[-1]), 'J')}" for kind, y in kinds.items())
-    found: list[tuple[Any, ...]] = [
-        ("energy at the end", text, *((float(y[-1]), "J", kind) for kind, y in kinds.items()))
-    ]
+    least = _LEFT * max(float(np.nanmax(np.abs(y), initial=0.0)) for y in kinds.values())
+    left = {kind: float(y[-1]) for kind, y in kinds.items() if not abs(float(y[-1])) <= least} or {"": 0.0}
+    text = ", ".join(f"{kind} {quantity(value, 'J')}".strip() for kind, value in left.items())
+    found: list[tuple[Any, ...]] = [("energy at the end", text, *((value, "J", kind) for kind, value in left.items()))]
     if "energy_losses" in root:
         taken = dict(zip(root["cause"].values, root["energy_losses"].values[-1], strict=True))
         defect = float(root["energy_defect"].values[-1])

@@ -12,6 +12,7 @@ import xarray as xr
 
 from evolvent.results import display, variables
 from evolvent.view import balance
+from evolvent.view.curves import NAMED, coloured, distinct, largest_of
 from evolvent.view.drawing import motion_of
 from evolvent_base.errors import InputError
 from evolvent_base.figures import Figure, Line, Panel, stacked
@@ -20,8 +21,6 @@ from evolvent_base.units import unit_text
 if TYPE_CHECKING:
     from evolvent.results.motion import Motion
 
-#: Most lines that a legend names; more are coloured along a scale.
-_NAMED = 7
 #: Most characters of a panel's label.
 _LONGEST_LABEL = 30
 #: Share of the largest value of a unit, in all parts, below which a variable is round-off; and least angle, rad.
@@ -36,17 +35,12 @@ def plots_of(run: xr.DataTree, part: str) -> list[str]:
     return found
 
 
-def largest_of(values: np.ndarray) -> float:
-    """Largest magnitude among finite values; 0 without one."""
-    finite = np.abs(values[np.isfinite(values)])
-    return float(finite.max(initial=0.0))
-
-
 def round_off(run: xr.DataTree) -> dict[str, float]:
     """Largest value that is round-off, by unit of the data.
 
     It is a share of the largest value of the unit in all parts; angles, and rates over the length of the run, have
-    a least value besides; forces and torques are compared with the energy that has moved, over the largest length.
+    a least value besides; forces and torques are compared with the energy that has moved, over the largest length, and
+    momenta with these over the length of the run.
     """
     largest: dict[str, float] = {}
     for part in variables.parts(run):
@@ -62,9 +56,11 @@ def round_off(run: xr.DataTree) -> dict[str, float]:
     floors = {"rad": _LEAST_ANGLE, "N m": _NOTHING * moved}
     if span > 0.0:
         floors["rad s-1"] = _LEAST_ANGLE / span
+        floors["kg m2 s-1"] = floors["N m"] * span
     if largest.get("m", 0.0) > 0.0:
         floors["N"] = _NOTHING * moved / largest["m"]
-    return {unit: max(value, floors.get(unit, 0.0)) for unit, value in found.items()}
+        floors["kg m s-1"] = floors["N"] * span
+    return {unit: max(found.get(unit, 0.0), floors.get(unit, 0.0)) for unit in {**found, **floors}}
 
 
 def label_of(found: xr.DataArray, fallback: str = "") -> str:
@@ -87,9 +83,9 @@ def lines_of(
     tags = _tags(found, count)
     lines = []
     for k in range(count):
-        color: int | float = first + k if count <= _NAMED else k / max(count - 1, 1)
+        color: int | float = first + k if count <= NAMED else k / max(count - 1, 1)
         own = name if label is None else label
-        named = count <= _NAMED or k in (0, count - 1)
+        named = count <= NAMED or k in (0, count - 1)
         label_k, marker = f"{own}{tags[k]}" if named else "", "" if time.size > 1 else "o"
         lines.append(Line(x=time, y=columns[:, k], label=label_k, color=color, marker=marker))
     return lines
@@ -222,17 +218,17 @@ def _panel_along(group: xr.Dataset, name: str) -> Panel:
 
 def _kind_figure(run: xr.DataTree, kind: str, parts: list[str], without: Collection[str]) -> Figure:
     """The default variables of all parts of one kind, a panel each; of vectors of many parts, one a component."""
-    order: dict[tuple[str, str], list[str]] = {}
-    for part in parts:
-        for variable in plots_of(run, part):
-            if variable in run[part].data_vars and f"{part}.{variable}" not in without:
-                written = str(run[part][variable].attrs.get(display.WRITTEN, ""))  # a panel has one unit
-                order.setdefault((variable, written), []).append(part)
+    order: dict[tuple[str, str, tuple[int, ...]], list[str]] = {}
     panels, nothing = [], round_off(run)
-    for (variable, _), owners in order.items():
-        kept = [variables.group_of(run, part)[variable] for part in owners]
-        if all(largest_of(one.values) <= nothing.get(str(one.attrs.get("units", "")), 0.0) for one in kept):
-            continue  # zero, or round-off
+    for part in parts:
+        group = variables.group_of(run, part)
+        for variable in plots_of(run, part):
+            if variable in group.data_vars and f"{part}.{variable}" not in without:
+                one = group[variable]
+                if largest_of(one.values) > nothing.get(str(one.attrs.get("units", "")), 0.0):  # else round-off
+                    written = str(one.attrs.get(display.WRITTEN, ""))  # a panel has one unit
+                    order.setdefault((variable, written, one.shape), []).append(part)
+    for (variable, *_), owners in order.items():
         every = [display.shown(variables.get(run, f"{part}.{variable}")) for part in owners]
         found = every[0]
         same_text = len({label_of(one) for one in every}) == 1  # that of a joint names what it holds
@@ -243,7 +239,7 @@ def _kind_figure(run: xr.DataTree, kind: str, parts: list[str], without: Collect
             continue
         if len(owners) < 3 or found.ndim == 1:
             panels.append(
-                Panel(x_label="", y_label=label, lines=coloured([one for own in lines.values() for one in own]))
+                Panel(x_label="", y_label=label, lines=_grouped([one for own in lines.values() for one in own]))
             )
             continue
         for tag in dict.fromkeys(one.label.removeprefix(part) for part, own in lines.items() for one in own):
@@ -254,12 +250,18 @@ def _kind_figure(run: xr.DataTree, kind: str, parts: list[str], without: Collect
                 if one.label == part + tag
             ]
             panels.append(
-                Panel(x_label="", y_label=f"{tag.lstrip('.')} of {label}" if tag else label, lines=coloured(same))
+                Panel(x_label="", y_label=f"{tag.lstrip('.')} of {label}" if tag else label, lines=_grouped(same))
             )
     if panels:
         panels[-1] = dataclasses.replace(panels[-1], x_label="time, s")
     title = kind.replace("-", " ").capitalize()
     return Figure(name=kind, title=title, panels=panels, height=stacked(len(panels)))
+
+
+def _grouped(lines: list[Line]) -> list[Line]:
+    """Lines of one panel, equal ones as one and many of repeated parts as a band, where each has a name of its own."""
+    named = {line.label: line for line in lines}
+    return [line for _, line in distinct(named)] if len(named) == len(lines) else coloured(lines)
 
 
 def panel_label(found: xr.DataArray, variable: str, *, short: bool = False) -> str:
@@ -288,17 +290,6 @@ def _largest(run: xr.DataTree, variable: str) -> float:
     groups = (variables.group_of(run, part) for part in variables.parts(run))
     held = (display.shown(group[variable]).values for group in groups if variable in group)
     return max((float(np.nanmax(np.abs(values), initial=0.0)) for values in held), default=0.0)
-
-
-def coloured(lines: list[Line]) -> list[Line]:
-    """Lines of one panel in distinguishable colours; of many, along a scale, the first and last one named."""
-    if len(lines) <= _NAMED:
-        return [dataclasses.replace(line, color=k) for k, line in enumerate(lines)]
-    last = len(lines) - 1
-    return [
-        dataclasses.replace(line, color=k / last, label=line.label if k in (0, last) else "")
-        for k, line in enumerate(lines)
-    ]
 
 
 def title_of(run: xr.DataTree | xr.Dataset) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import re
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
@@ -13,6 +12,7 @@ import xarray as xr
 from evolvent.results import display, happened, variables
 from evolvent.results.motion import conjugate, product, quantity, rotation_vectors
 from evolvent.view import balance, show, table
+from evolvent.view.curves import distinct, largest_of, listed, stem_of
 from evolvent_base.figures import Figure, Line, Number, Panel
 from evolvent_base.units import unit_text
 
@@ -20,8 +20,8 @@ from evolvent_base.units import unit_text
 _STILL, _CUT = 0.01, 0.6
 #: How much longer than what happens the page is, and heights of its title and of a panel, mm.
 _LONGER, _TITLE, _PANEL = 1.15, 14.0, 40.0
-#: Share of the largest value of a panel within which curves are one, and most lines of the panel of events.
-_ALIKE, _KINDS = 1e-3, 10
+#: Share of the largest value of a panel below which a curve is not seen, and most lines of the panel of events.
+_UNSEEN, _KINDS = 1e-4, 10
 #: Height of the panel of events, and of each of its lines more, of that of another one.
 _STRIP, _ROW = 0.2, 0.1
 #: Turn of a body from which on it spins, and least one that is drawn, rad.
@@ -131,11 +131,11 @@ def _angles(run: xr.DataTree) -> _Panels:
             continue
         curves = {part: show.lines_of(run, f"{part}.{variable}", label=part)[0] for part in parts}
         lines, marks = [], []
-        for own, line in _distinct(curves):
+        for own, line in distinct(curves):
             lines.append(line)
-            for at in dict.fromkeys(_last(run, part, "latch_time") for part in own):
+            for at, part in {_last(run, part, "latch_time"): part for part in reversed(own)}.items():
                 if np.isfinite(at):
-                    marks.append(_mark(at, float(np.interp(at, line.x, line.y)), line.color))
+                    marks.append(_mark(at, float(np.interp(at, curves[part].x, curves[part].y)), line.color))
         if marks:
             marks[0] = dataclasses.replace(marks[0], label="latched")
         label = show.panel_label(display.shown(variables.get(run, f"{parts[0]}.{variable}")), variable)
@@ -157,50 +157,33 @@ def _latches(run: xr.DataTree) -> _Panels:
             continue
         curves = {part: show.lines_of(run, f"{part}.{name}", label=part)[0] for part in parts}
         lines, marks = [], []
-        for own, line in _distinct(curves):
-            at, value = max((peak_of(run, part, kind) for part in own), key=lambda one: abs(one[1]))
+        for own, line in distinct(curves):
+            (at, value), whose = max(((peak_of(run, part, kind), part) for part in own), key=lambda one: abs(one[0][1]))
             unit = unit_text(str(run[parts[0]][peak].attrs["units"]))
-            lines.append(_labelled(line, at, abs(value), unit))
+            lines.append(_labelled(line, at, abs(value), unit, whose))
             marks.append(_mark(at, value, line.color))
         label = f"latch {kind}, {unit_text(str(run[parts[0]][name].attrs['units']))}"
         yield Panel(x_label="", y_label=label, lines=[*lines, *marks]), set()
 
 
-def _distinct(curves: Mapping[str, Line]) -> list[tuple[list[str], Line]]:
-    """Curves of parts in distinguishable colours, those that are equal in one: the parts of each, and its curve."""
-    size = max((show.largest_of(np.asarray(line.y)) for line in curves.values()), default=0.0)
-    groups: list[list[str]] = []
-    for part, line in curves.items():
-        alike = (group for group in groups if _is_same(curves[group[0]].y, line.y, _ALIKE * size))
-        group = next(alike, None)
-        if group is None:
-            groups.append([part])
-        else:
-            group.append(part)
-    named = [dataclasses.replace(curves[own[0]], label=table.listed(own)) for own in groups]
-    return list(zip(groups, show.coloured(named), strict=True))
-
-
-def _is_same(a: np.ndarray, b: np.ndarray, most: float) -> bool:
-    a, b = np.nan_to_num(a), np.nan_to_num(b)
-    return a.shape == b.shape and float(np.abs(a - b).max(initial=0.0)) <= most
-
-
-def _labelled(line: Line, at: float, value: float, unit: str) -> Line:
-    """A curve whose label states its largest value, and when it has that."""
+def _labelled(line: Line, at: float, value: float, unit: str, whose: str = "") -> Line:
+    """A curve whose label states its largest value, and when and in which part it has that."""
     if not line.label:
         return line
-    return dataclasses.replace(line, label=f"{line.label}: {quantity(value, unit)} at {at:.4g} s")
+    whose = f" ({whose})" if whose and line.fill else ""
+    return dataclasses.replace(line, label=f"{line.label}: {quantity(value, unit)} at {at:.4g} s{whose}")
 
 
 def _with_peaks(curves: Mapping[str, Line], unit: str) -> list[Line]:
     """Distinct curves with labels of their largest values, and a mark at each."""
     lines, marks = [], []
-    for _, line in _distinct(curves):
-        size = np.abs(np.nan_to_num(line.y))
+    for own, line in distinct(curves):
+        whose = max(own, key=lambda part: largest_of(np.asarray(curves[part].y)))
+        largest = curves[whose]
+        size = np.abs(np.nan_to_num(largest.y))
         k = int(np.argmax(size >= (1.0 - 1e-6) * size.max()))
-        lines.append(_labelled(line, float(line.x[k]), float(size[k]), unit))
-        marks.append(_mark(float(line.x[k]), float(line.y[k]), line.color))
+        lines.append(_labelled(line, float(largest.x[k]), float(size[k]), unit, whose))
+        marks.append(_mark(float(largest.x[k]), float(largest.y[k]), line.color))
     return [*lines, *marks]
 
 
@@ -209,8 +192,9 @@ def _peaks(run: xr.DataTree, found: Mapping[tuple[str, str], list[str]]) -> _Pan
     nothing = show.round_off(run)
     for (variable, called), parts in found.items():
         values = [variables.group_of(run, part)[variable] for part in parts]
-        moves = [show.largest_of(one.values) > nothing.get(str(one.attrs["units"]), 0.0) for one in values]
-        parts = [part for part, is_moving in zip(parts, moves, strict=True) if is_moving]
+        sizes = [largest_of(one.values) for one in values]
+        least = [max(nothing.get(str(one.attrs["units"]), 0.0), _UNSEEN * max(sizes)) for one in values]
+        parts = [part for part, size, none in zip(parts, sizes, least, strict=True) if size > none]
         if not parts:
             continue
         unit = unit_text(str(display.shown(variables.get(run, f"{parts[0]}.{variable}")).attrs["units"]))
@@ -222,18 +206,20 @@ def _peaks(run: xr.DataTree, found: Mapping[tuple[str, str], list[str]]) -> _Pan
 
 
 def _acting(run: xr.DataTree) -> _Panels:
-    """Torques and forces of what acts on coordinates, such as motors and tape springs, by kind of part."""
+    """Torques, forces and tensions of what acts on coordinates, as motors, tape springs and cords, by kind of part.
+
+    Those of parts that have latched are those of the latch.
+    """
     found: dict[tuple[str, str], list[str]] = {}
-    for coordinate, force in (("angle", "torque"), ("travel", "force")):
+    for coordinate, force in (("angle", "torque"), ("travel", "force"), ("length", "tension")):
         for part in _with(run, force, also=coordinate):
-            group = variables.group_of(run, part)
-            if coordinate in show.plots_of(run, part) and "latched" not in group and group[force].ndim == 1:
+            if not np.isfinite(_last(run, part, "latch_time")) and variables.group_of(run, part)[force].ndim == 1:
                 found.setdefault((force, _kind(run, part)), []).append(part)
     yield from _peaks(run, found)
 
 
 def _one_sided(run: xr.DataTree) -> _Panels:
-    """Tensions of cords, and of others that act one way, by kind of part."""
+    """Forces of cords, and of others that act one way, by kind of part."""
     found: dict[tuple[str, str], list[str]] = {}
     for part in variables.parts(run):
         words = json.loads(run[part].attrs.get("one_sided", "{}"))
@@ -251,14 +237,13 @@ def _events(run: xr.DataTree) -> Panel | None:
     """A line for each thing that happened, of equal parts in one, with marks at its times; None without any."""
     events, kinds = happened.events_of(run), dict[tuple[str, str], dict[str, list[float]]]()
     for time, part, what in zip(events.time.values, events.part.values, events.what.values, strict=True):
-        stem = re.sub(r"\d+", "#", str(part))
-        kinds.setdefault((stem, str(what)), {}).setdefault(str(part), []).append(float(time))
+        kinds.setdefault((stem_of(str(part)), str(what)), {}).setdefault(str(part), []).append(float(time))
     if not kinds:
         return None
     lines, names = [], {}
     for k, ((_, what), parts) in enumerate(list(kinds.items())[:_KINDS]):
         times = np.unique(np.concatenate([np.array(own) for own in parts.values()]))
-        names[-float(k)] = f"{table.listed(list(parts))} {what}".removesuffix(" event").strip() or what
+        names[-float(k)] = f"{listed(list(parts))} {what}".removesuffix(" event").strip() or what
         lines.append(Line(x=times, y=np.full(times.size, -float(k)), style="", marker="o", color=0))
     return Panel(x_label="", y_label="", lines=lines, y_names=names)
 
@@ -281,7 +266,7 @@ def _base(run: xr.DataTree) -> _Panels:
     body = bodies[0]
     lines = show.moving(show.lines_of(run, f"{body}.rate", label=""))
     nothing = show.round_off(run)["rad s-1"]
-    if show.largest_of(variables.get(run, f"{body}.rate").values) > nothing:
+    if largest_of(variables.get(run, f"{body}.rate").values) > nothing:
         words = [line.label.lstrip(".") for line in lines]
         named = len(lines) > 1
         lines = [
@@ -290,7 +275,8 @@ def _base(run: xr.DataTree) -> _Panels:
         unit = unit_text(str(display.shown(variables.get(run, f"{body}.rate")).attrs["units"]))
         label = f"rate of {body}{'' if named else f' about {words[0]}'}, {unit}"
         shown = {f"{body}.rate"} if len(bodies) == 1 else set()
-        yield Panel(x_label="", y_label=label, lines=show.coloured(lines)), shown
+        curves = {line.label or "largest": line for line in lines}
+        yield Panel(x_label="", y_label=label, lines=_with_peaks(curves, unit)), shown
     time, attitude = variables.root_dataset(run)["time"].values, variables.get(run, f"{body}.attitude").values
     factor, name = display.shown_unit("rad")
     turned = np.linalg.norm(rotation_vectors(product(conjugate(attitude[:1]), attitude)), axis=1)
@@ -315,7 +301,7 @@ def _roots(run: xr.DataTree) -> _Panels:
         curves = {
             part: Line(x=time, y=size, label=part)
             for part, size in sizes.items()
-            if show.largest_of(size) > nothing.get(units, 0.0)
+            if largest_of(size) > nothing.get(units, 0.0)
         }
         if curves:
             unit = unit_text(units)
@@ -336,10 +322,10 @@ def _end(time: np.ndarray, panels: Sequence[Panel]) -> float:
     """Time at which the page ends, s: a little after the last change of any curve, or the end of the run."""
     last = 0.0
     for panel in panels:
-        lines = [line for line in panel.lines if len(line.x) == len(time)]
-        if not lines:
+        curves = [curve for line in panel.lines for curve in _curves_of(line, time.size)]
+        if not curves:
             continue
-        values = np.array([np.nan_to_num(line.y) for line in lines])
+        values = np.nan_to_num(np.array(curves))
         size = float(np.abs(values).max())
         if size > 0.0:
             changed = np.flatnonzero((np.abs(values - values[:, -1:]) > _STILL * size).any(axis=0))
@@ -348,13 +334,21 @@ def _end(time: np.ndarray, panels: Sequence[Panel]) -> float:
     return end if 0.0 < end < _CUT * time[-1] else float(time[-1])
 
 
+def _curves_of(line: Line, count: int) -> list[np.ndarray]:
+    """Values over all times of a curve, and of both sides of a band; none of marks."""
+    y = np.asarray(line.y)
+    if line.fill and y.size == 2 * count:
+        return [y[:count], y[count:][::-1]]
+    return [y] if y.size == count else []
+
+
 def _end_of_loads(run: xr.DataTree, time: np.ndarray) -> float:
     """Time at which the last of what the case gives over time has changed, s: the page shows what follows from it."""
     end = float(time[0])
     for part in variables.parts(run):
         for name in json.loads(run[part].attrs.get("given", "[]")):
             values = variables.values(variables.group_of(run, part)[name])
-            changed = np.flatnonzero((np.abs(values - values[-1:]) > _STILL * show.largest_of(values)).any(axis=1))
+            changed = np.flatnonzero((np.abs(values - values[-1:]) > _STILL * largest_of(values)).any(axis=1))
             if changed.size:
                 end = float(time[-1]) if _LONGER * time[changed[-1]] > _CUT * time[-1] else max(
                     end, _LONGER * float(time[changed[-1]])

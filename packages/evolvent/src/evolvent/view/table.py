@@ -9,7 +9,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-import re
 from collections.abc import Collection, Iterable, Sequence
 from typing import Any
 
@@ -20,7 +19,8 @@ from evolvent import results
 from evolvent.results import display, happened, limits, variables
 from evolvent.results.motion import prefixed_unit, quantity
 from evolvent.view import balance
-from evolvent.view.show import largest_of, plots_of, round_off
+from evolvent.view.curves import NUMBERED, largest_of, listed
+from evolvent.view.show import plots_of, round_off
 from evolvent_base.figures import Number, Quantity
 from evolvent_base.units import unit_text
 
@@ -32,7 +32,6 @@ _ROUND_OFF = 1e-7
 _SAME, _PEAK = 1e-4, 1e-6
 #: Most different rows of repeated parts that are not joined to one with ranges.
 _DIFFERENT = 4
-_NUMBERED = re.compile(r"(.*?)(\d+)(\D*)")
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -66,33 +65,6 @@ class Row:
 # ------------------------------------------------------------------------------------------------ repeated parts
 
 
-#: Most names, or ranges of numbers, that are listed in full.
-_LISTED = 4
-
-
-def listed(names: Sequence[str]) -> str:
-    """Names of which only a number differs, in one: "rib 1 to 4, 7 and 9"; others with commas between them.
-
-    Of many the first two and the last, and how many they are: "crease 2, 6, .. 131 (28)".
-    """
-    split = [_NUMBERED.fullmatch(name) for name in names]
-    if len(names) < 2 or any(one is None for one in split) or len({(one[1], one[3]) for one in split if one}) > 1:
-        return ", ".join(names) if len(names) <= _LISTED else f"{names[0]}, {names[1]}, .. {names[-1]} ({len(names)})"
-    spans: list[list[int]] = []
-    for number in sorted(int(one[2]) for one in split if one):
-        if spans and number == spans[-1][1] + 1:
-            spans[-1][1] = number
-        else:
-            spans.append([number, number])
-    words = [str(a) if a == b else f"{a} {'to' if b > a + 1 else 'and'} {b}" for a, b in spans]
-    assert split[0] is not None
-    if len(words) > _LISTED:
-        return f"{split[0][1]}{words[0]}, {words[1]}, .. {words[-1]}{split[0][3]} ({len(names)})"
-    if len(words) > 1:
-        words = [", ".join(words[:-1]) + f" and {words[-1]}"]
-    return f"{split[0][1]}{words[0]}{split[0][3]}"
-
-
 def joined(rows: Iterable[Row]) -> list[Number]:
     """Rows with those of repeated parts in one, at the place of the first.
 
@@ -102,7 +74,7 @@ def joined(rows: Iterable[Row]) -> list[Number]:
     """
     repeated: dict[Any, list[Row]] = {}
     for row in rows:
-        match = _NUMBERED.fullmatch(row.part)
+        match = NUMBERED.fullmatch(row.part)
         words = tuple((one.unit, one.what) for one in row.numbers)
         kind = row.event or words or row.text
         key: Any = (match[1], match[3], row.rest, kind) if match else id(row)

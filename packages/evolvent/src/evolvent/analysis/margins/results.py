@@ -14,11 +14,12 @@ from evolvent.analysis.margins.factors import CATEGORIES, Standard
 from evolvent.analysis.margins.keys import Margin
 from evolvent.analysis.margins.tables import MarginTable
 from evolvent.model.shares import DAMPING
-from evolvent.results import made_with, netcdf
+from evolvent.results import display, made_with, netcdf
 from evolvent_base import __version__, answer as an
 from evolvent_base.errors import InputError, nearest
 from evolvent_base.figures import Figure, Line, Panel, stacked
 from evolvent_base.showing import Shown
+from evolvent_base.units import unit_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,6 +28,8 @@ else:
 
 #: Colours of the area between what is available and what is required, where that is above 0 and where it is below.
 _ENOUGH, _LACKING = "#cfe8cf", "#f3c9c9"
+#: Share of the larger load at a root below which the other one is round-off.
+_ROUND_OFF = 1e-9
 #: Where the other coordinates stand, by the key `others`.
 _STAND = {"start": "at their start", "end": "at their end", "together": "at the same share of their travel"}
 
@@ -273,11 +276,14 @@ class MarginResults(Shown):
             if table is None:
                 continue
             x, unit = table.coordinate.units
-            force, moment = _shown(latch["root_force"], "N"), _shown(latch["root_moment"], "N m")
+            factor, rate = display.shown_unit(f"{x} s-1")
+            loads = {"N": latch["root_force"], "N m": latch["root_moment"]}
+            least = _ROUND_OFF * max((value for value in loads.values() if math.isfinite(value)), default=0.0)
+            root = ", ".join(_shown(value, name) for name, value in loads.items() if value > least)
             found.append([
-                table.coordinate.name, _shown(latch["time"], "s"), _shown(latch["rate"], f"{x}/s"),
-                _shown(latch["energy"], "J"), _shown(latch["peak_load"], unit),
-                f"{latch['joint']}: {force}, {moment}" if latch["joint"] else "-",
+                table.coordinate.name, _shown(latch["time"], "s"),
+                _shown(factor * latch["rate"], unit_text(rate)), _shown(latch["energy"], "J"),
+                _shown(latch["peak_load"], unit), f"{latch['joint']}: {root}" if latch["joint"] and root else "-",
             ])  # fmt: skip
         return found
 

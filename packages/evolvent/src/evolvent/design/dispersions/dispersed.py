@@ -197,7 +197,8 @@ def evaluate(dataset: xr.Dataset, *, coverage: float = 0.95, confidence: float =
     evaluated = _Evaluation(sample, own, coverage, confidence)
     outputs: list[Output] = []
     notes: list[str] = []
-    wanted = {stored_name(name): name for name in content.get("keep") or []}
+    bounds = [limits.Requirement(**one) for one in json.loads(dataset.attrs.get(LIMITS, "[]"))]
+    wanted = {stored_name(name): name for name in [*(one.keep for one in bounds), *(content.get("keep") or [])]}
     for name, variable in dataset.data_vars.items():
         if name in ("status", "reason") or variable.dtype.kind != "f" or variable.dims[:1] != ("case",):
             continue
@@ -224,7 +225,7 @@ def evaluate(dataset: xr.Dataset, *, coverage: float = 0.95, confidence: float =
     return Dispersion(
         dataset=dataset, name=str(content.get("study", "study")), sample=sample, count=failed.size, coverage=coverage,
         confidence=confidence, draws=own, outputs=tuple(outputs), failures=failures, notes=tuple(notes),
-        limits=tuple(_met(limits.Requirement(**one), dataset) for one in json.loads(dataset.attrs.get(LIMITS, "[]"))),
+        limits=tuple(_met(one, dataset) for one in bounds),
     )  # fmt: skip
 
 

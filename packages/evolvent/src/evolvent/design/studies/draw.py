@@ -184,7 +184,9 @@ def _along(values: xr.DataArray) -> tuple[np.ndarray, dict[float, str] | None]:
 
 
 def _label(values: xr.DataArray) -> str:
-    """Name with unit; keys of a case have theirs as the case writes them."""
+    """Name with unit; keys of a case have theirs as the case writes them, results that of their variable."""
+    name, colon, _ = str(values.attrs.get("long_name", "")).partition(": ")
+    name = name if colon else str(values.name)
     unit = str(values.attrs.get("units", "1"))
     unit = unit if "/" in unit or "^" in unit else unit_text(unit)
-    return str(values.name) if unit in ("1", "") else f"{values.name}, {unit}"
+    return name if unit in ("1", "") else f"{name}, {unit}"

@@ -82,14 +82,20 @@ def add_symbols(view: View, name: str, found: Observed) -> None:
         raise InputError(f"the symbol of {name!r} is {stated!r}; {nearest(stated, _SYMBOLS)}")
     if stated and view.t.size:
         _SYMBOLS[stated](view, name, found)
-    joint, bodies = getattr(view.part(name), "joint", None), _bodies_of(view, name)
-    holder = joint if isinstance(joint, str) else name
+    holder, bodies = _holder(view, name), _bodies_of(view, name)
     for drawn in found.drawn:
         if own := drawn.get("symbol"):
             own["near"] = bodies
         for kind in ("symbol", "marks"):
             if kind in drawn and (holder != name or HOLDS in found.variables):
                 drawn[kind]["while"] = f"{holder}.{HOLDS}"
+
+
+def _holder(view: View, name: str) -> str:
+    """Name of the joint on which a part is, by way of what it acts on; of one on no joint its own."""
+    while isinstance(joint := getattr(view.assembly.parts.get(name), "joint", None), str):
+        name = joint
+    return name
 
 
 def _bodies_of(view: View, name: str) -> list[str]:
