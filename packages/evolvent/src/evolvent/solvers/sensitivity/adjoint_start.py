@@ -222,7 +222,7 @@ def _find_start(t, model, work, room, matrix, linear, start):
         displace(y, work.dq, False, model, start.near[side])
         for i in range(n_v):
             start.near[side, n_q + i] += d * A[i]
-        accelerations_at(t + d, start.near[side], model, matrix, work, B, la)
+        accelerations_at(t + d, start.near[side], -1.0, False, model, matrix, work, B, la)
         for i in range(n_v):
             rows[J, i] += B[i] / (2.0 * d)
         d = -d
