@@ -56,7 +56,7 @@ class ConstantDrive(DriveKind, Generic[A, R]):
     def write(self, builder: Builder, name: str) -> DriveRow:
         """Store the rate."""
         check_start(name, self.angle)
-        return DriveRow(kernels.RAMPS, *builder.parameters([self.angle, self.rate, 0.0]))  # type: ignore[list-item]
+        return DriveRow(kernels.RAMPS, *builder.parameters([self.angle, self.rate, 0.0]))
 
 
 class RampDrive(DriveKind, Generic[A, R]):
