@@ -251,13 +251,15 @@ class LoosePoints:
         """
         elastic, free = self._elastic, self.free
         K, F = elastic.tangent(at, A, rows, model)
-        own = K[np.ix_(free, free)]
-        typical = float(own.diagonal().max(initial=0.0)) or 1.0
+        stiff = K.diagonal()[free]
+        typical = float(stiff.max(initial=0.0)) or 1.0
         largest = 0.0 if model is self.without else float(np.abs(F[free]).max())
         balanced = largest <= _BALANCED * typical * self._size
-        K[free, free] += np.where(np.any(own, axis=1), 0.0, typical)
+        added = np.zeros(K.shape[0])
+        added[free] = np.where(abs(K[free][:, free]).sum(axis=1).A1 == 0.0, typical, 0.0)
         if not exact:
-            K[free, free] += largest / (_STEP * self._size)
+            added[free] += largest / (_STEP * self._size)
+        K = (K + scipy.sparse.diags(added)).tocsr()
         scale = scale_of(K, elastic.weight)
         held, _ = independent(A * scale, mode="r")
         return Stiffness(K, at.mass, A, held, F, scale, self.flying, 0.0), balanced
@@ -294,7 +296,7 @@ def _projected(found: Stiffness) -> tuple[Array, Array]:
     """Motions N (nv, n) that nothing holds, and the stiffness S = N^T K N along them."""
     _, N = independent(found.A * found.scale)
     N = found.scale[:, None] * N
-    S = N.T @ found.K @ N
+    S = N.T @ (found.K @ N)
     return N, 0.5 * (S + S.T)
 
 

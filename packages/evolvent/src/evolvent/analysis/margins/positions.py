@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.analysis.margins.mass import Mass
 from evolvent.analysis.margins.shares import coordinate_names, measured, ties_of, unforced
 from evolvent.assembly.assembled import Assembly
 from evolvent.equations.implicit import residual
@@ -65,12 +66,14 @@ class Position:
             self.J[k] = mechanism.left(t, y, one)[:n_v] - self.zero
 
     @functools.cached_property
-    def mass(self) -> Array:
+    def mass(self) -> Mass:
         """Mass matrix, (nv, nv)."""
         one = self._mechanism
+        if one.elastic is not None:
+            return Mass(one.elastic.mass(self))
         columns = [one.left(self.t, self.y, one.bare, a=e)[: one.n_v] - self.zero for e in np.eye(one.n_v)]
         found = np.array(columns)
-        return 0.5 * (found + found.T)
+        return Mass(0.5 * (found + found.T))
 
 
 class MechanismModels(abc.ABC):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import weakref
 from typing import Any
 
 import numpy as np
@@ -51,6 +52,8 @@ RESOLVED, _RAISES = 1e-11, 4
 REDUNDANT = 1e-9
 #: Stiffness, beside the largest, below which coordinates are alike in what depends on what.
 SOFT = 1e-8
+#: Where the entries of matrices stand by rows, as of `_compressed`.
+_rows_of: weakref.WeakKeyDictionary[SparseBlocks, tuple[Array, Array, Array]] = weakref.WeakKeyDictionary()
 
 
 def spin_of(assembly: Assembly, rotating: Any, centre: Any) -> Array:
@@ -429,15 +432,25 @@ def spare_of(model: mdl.Model) -> int:
 
 def sparse_of(matrix: SparseBlocks) -> scipy.sparse.csr_matrix:
     """A matrix before it is factored, inner unknowns included; by velocities and then joints."""
-    values, rows, columns = ordering.entries(matrix)
+    if matrix not in _rows_of:
+        _rows_of[matrix] = _compressed(matrix)
+    order, columns, starts = _rows_of[matrix]
     n = matrix.place.size
-    found = scipy.sparse.coo_matrix((values, (rows, columns)), shape=(n, n)).tocsr()
+    found = scipy.sparse.csr_matrix((matrix.values[order], columns, starts), shape=(n, n), copy=True)
     found.eliminate_zeros()
     inner = int(matrix.counts[INNER])
     if inner:
         B, C = (scipy.sparse.csr_matrix(part[matrix.place, :inner]) for part in (matrix.B, matrix.C))
         found = found + B @ C.T
     return found
+
+
+def _compressed(matrix: SparseBlocks) -> tuple[Array, Array, Array]:
+    """Entries of a matrix by rows: their places in its values, their columns, (nz,), and where rows start, (n + 1,)."""
+    _, rows, columns = ordering.entries(matrix)
+    order = np.lexsort((columns, rows))
+    starts = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=matrix.place.size))])
+    return order, columns[order], starts
 
 
 def add_turn(model: mdl.Model, spin: Array, y: Array) -> None:
