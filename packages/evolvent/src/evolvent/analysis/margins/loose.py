@@ -29,11 +29,10 @@ import numpy as np
 import scipy
 
 from evolvent.analysis.margins.positions import Position
-from evolvent.analysis.margins.shares import of_family
+from evolvent.analysis.margins.smoothed import SmoothedCords, cords_of
 from evolvent.analysis.margins.stiffness import LARGEST, Stiffness, fulfils, independent, is_settled, scale_of
 from evolvent.equations.implicit import tangent
 from evolvent.kernels.blocks import POSITION, ROTATION, displace
-from evolvent.model.registry import families
 from evolvent.solvers.static.work import sparse_of
 
 Array = np.ndarray
@@ -52,12 +51,11 @@ _STABLE = 1e-12
 
 
 def pulling(model: Any, factor: float) -> dict[str, Array]:
-    """Arrays of a model with the lengths of what only pulls times a factor; none where nothing only pulls."""
+    """Records of a model with the lengths of what only pulls times a factor; none where nothing only pulls."""
     found = dict[str, Array]()
-    for family in families().values():
-        own = of_family(family.name)
-        if own.pulling is not None:
-            found |= own.pulling(model, factor)
+    for name, rows in cords_of(model).items():
+        found[name] = getattr(model, name).copy()
+        found[name]["length"][rows] *= factor
     return found
 
 
@@ -76,6 +74,7 @@ class LoosePoints:
         self.without = model._replace(**pulling(model, _NEVER))
         self._shorter = model._replace(**pulling(model, _SHORTER))
         self._size = float(np.median(elastic.weight[free]))
+        self._smoothed = SmoothedCords(elastic, free, self._carried)
         #: Motions (nv, j) that nothing resists, as of the last iteration.
         self.flying = np.zeros((self._mechanism.n_v, 0))
         self._known: tuple[Position, tuple[int, ...], Stiffness] | None = None
@@ -125,11 +124,20 @@ class LoosePoints:
 
     def settle(self, rows: list[int], values: Array, at: Position) -> Position | None:
         """The equilibrium in which the coordinates `rows` have `values`, sought from another position; or None."""
-        found = None if self.is_slack(at) else self._balance(rows, values, at, self.model)
+        found = None if self.is_slack(at) else self._taut(rows, values, at)
         if found is not None:
             return found
         least = self.stand(rows, values, at)
-        return least if least is None or self.is_slack(least) else self._balance(rows, values, least, self.model)
+        return least if least is None or self.is_slack(least) else self._taut(rows, values, least)
+
+    def _taut(self, rows: list[int], values: Array, at: Position) -> Position | None:
+        """`settle` where cords pull at the position from which it is sought."""
+        smoothed = self._smoothed.follow(rows, values, at, self.flying)
+        if smoothed is None:
+            return None
+        found = self._balance(rows, values, smoothed, self.model) or smoothed
+        self._smoothed.remember(found)
+        return found
 
     def is_slack(self, at: Position) -> bool:
         """Whether no cord pulls at a position."""
