@@ -23,7 +23,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import scipy
 
 from evolvent import model as mdl
 from evolvent.algebra.sparse import clear

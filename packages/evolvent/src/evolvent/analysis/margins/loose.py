@@ -22,7 +22,10 @@ no equation of the others, and stays where it is.
 
 from __future__ import annotations
 
+import dataclasses
+import functools
 import math
+import weakref
 from typing import Any
 
 import numpy as np
@@ -33,7 +36,7 @@ from evolvent.analysis.margins.smoothed import SmoothedCords, cords_of
 from evolvent.analysis.margins.stiffness import LARGEST, Stiffness, fulfils, independent, is_settled, scale_of
 from evolvent.equations.implicit import tangent
 from evolvent.kernels.blocks import POSITION, ROTATION, displace
-from evolvent.solvers.static.work import sparse_of
+from evolvent.solvers.static.work import falling, sparse_of
 
 Array = np.ndarray
 
@@ -77,8 +80,7 @@ class LoosePoints:
         self._smoothed = SmoothedCords(elastic, free, self._carried)
         #: Motions (nv, j) that nothing resists, as of the last iteration.
         self.flying = np.zeros((self._mechanism.n_v, 0))
-        self._known: tuple[Position, tuple[int, ...], Stiffness] | None = None
-        self._stable: tuple[Stiffness, float] | None = None
+        self._known = weakref.WeakKeyDictionary[Position, dict[tuple[int, ...], _Known]]()
 
     @classmethod
     def of(cls, elastic: Any, at: Position) -> LoosePoints | None:
@@ -278,26 +280,32 @@ class LoosePoints:
         """As `Elastic.velocities`; one decomposition for all coordinates that hold the same others."""
         first = A.shape[0] - len(rows)
         order = np.concatenate([np.arange(first), first + np.argsort(rows)])
-        known = tuple(sorted(rows))
-        if self._known is None or self._known[0] is not at or self._known[1] != known:
-            found, _ = self._stiffness(at, A[order], list(known), self.model, exact=True)
-            self._known = at, known, found
-        found = self._known[2]
-        return found.move(b[order], np.zeros(found.F.size))[0], self._lowest(found) if still else 0.0
+        key = tuple(sorted(rows))
+        known = self._known.setdefault(at, {})
+        if key not in known:
+            known[key] = _Known(self._stiffness(at, A[order], list(key), self.model, exact=True)[0])
+        own = known[key]
+        return own.found.move(b[order], np.zeros(own.found.F.size))[0], own.lowest if still else 0.0
 
-    def _lowest(self, found: Stiffness) -> float:
+
+@dataclasses.dataclass(frozen=True)
+class _Known:
+    """Stiffness of a position, with what is found of it once."""
+
+    found: Stiffness
+
+    @functools.cached_property
+    def lowest(self) -> float:
         """Lowest eigenvalue of S where it is below 0, else 0."""
-        if self._stable is not None and self._stable[0] is found:
-            return self._stable[1]
-        S, lowest = _projected(found)[1], 0.0
-        if S.size:
-            S += _STABLE * float(np.abs(S.diagonal()).max()) * np.eye(len(S))
-            try:
-                np.linalg.cholesky(S)
-            except np.linalg.LinAlgError:
-                lowest = min(float(np.linalg.eigvalsh(S)[0]), 0.0)
-        self._stable = found, lowest
-        return lowest
+        found, D = self.found, scipy.sparse.diags(self.found.scale)
+        K = D @ found.K @ D
+        even = _STABLE * float(np.abs(K.diagonal()).max(initial=0.0))
+        A = found.A[found.rows] * found.scale
+        if falling(K + even * scipy.sparse.eye(K.shape[0]), A / np.linalg.norm(A, axis=1)[:, None]) == 0:
+            return 0.0
+        S = _projected(found)[1]
+        S += _STABLE * float(np.abs(S.diagonal()).max(initial=0.0)) * np.eye(len(S))
+        return min(float(np.linalg.eigvalsh(S).min(initial=0.0)), 0.0)
 
 
 def _projected(found: Stiffness) -> tuple[Array, Array]:

@@ -338,7 +338,7 @@ RODS = Family(
     energy=energy,
     momentum=momentum,
     laws=(Law(DRIVE, lambda found: (found["payout"] != 0) & (found["law"] != 0) & (found["drive"] == LAW)),),
-    shares=Shares((Rule(ELASTIC),), place=11, 
+    shares=Shares((Rule(ELASTIC),), place=11,
         elastic=Elastic(_stiff, strained=Strained("rod_elements", _strains, _shift_strains)),
     ),
     smooth=lambda found: found["payout"] == 0,
