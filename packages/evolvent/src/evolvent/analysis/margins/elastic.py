@@ -119,9 +119,10 @@ class Elastic:
         F = one.left(at.t, at.y, model, a=a, factor=1.0)[:n_v]
         # those of the motion from rest: in equilibrium what is out of balance accelerates free motions alone
         B = at.mass.half(A.T)
+        acts = np.any(B, axis=1)
         norms = np.linalg.norm(B, axis=0)
         norms[norms == 0.0] = 1.0
-        la = -np.linalg.lstsq(B / norms, at.mass.half(F), rcond=_RANK)[0] / norms
+        la = -np.linalg.lstsq((B / norms)[acts], at.mass.half(F)[acts], rcond=_RANK)[0] / norms
         # the torques that hold the coordinates, since their gradients turn as well
         torques = np.zeros(at.x.size)
         for tie, mu in zip(one.ties, la[one.n_j :], strict=False):

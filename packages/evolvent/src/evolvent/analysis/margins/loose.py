@@ -164,13 +164,13 @@ class LoosePoints:
             if until_slack and np.array_equal(one.left(t, y, self.model, factor=1.0), loaded):
                 break
             F = one.left(t, y, model, factor=1.0)[free]
-            K = _tangent(self._elastic, y, t, model)[free][:, free].toarray()
+            K = _tangent(self._elastic, y, t, model)[free][:, free]
             largest = float(np.abs(F).max())
             if largest <= _BALANCED * K.diagonal().max(initial=0.0) * self._size:
                 break
-            K[np.diag_indices_from(K)] += largest / (_STEP * self._size)
+            K = K + largest / (_STEP * self._size) * scipy.sparse.eye(free.size)
             d = np.zeros(one.n_v)
-            d[free] = -scipy.linalg.solve(K, F, assume_a="pos")
+            d[free] = -scipy.sparse.linalg.splu(K.tocsc()).solve(F)
             y = self._moved(y, t, model, d, None)
         return y
 

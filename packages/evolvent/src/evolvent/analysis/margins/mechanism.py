@@ -447,5 +447,6 @@ def _least(M: Mass, A: Array, b: Array) -> Array:
     B = M.half(A.T).T
     size = np.linalg.norm(B, axis=1)
     size[size == 0.0] = 1.0
-    w = np.linalg.lstsq(B / size[:, None], b / size, rcond=_RANK)[0]
+    w, acts = np.zeros(B.shape[1]), np.any(B, axis=0)
+    w[acts] = np.linalg.lstsq((B / size[:, None])[:, acts], b / size, rcond=_RANK)[0]
     return M.back(w)

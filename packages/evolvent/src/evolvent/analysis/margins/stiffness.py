@@ -87,7 +87,10 @@ def independent(B: Array, *, mode: str = "full") -> tuple[Array, Array]:
     The latter are empty where the `mode` is "r".
     """
     norms = np.linalg.norm(B, axis=1)
-    *Q, R, order = scipy.linalg.qr((B / np.where(norms > 0.0, norms, 1.0)[:, None]).T, pivoting=True, mode=mode)
+    columns = (B / np.where(norms > 0.0, norms, 1.0)[:, None]).T
+    if mode == "r":
+        columns = columns[np.any(columns, axis=1)]
+    *Q, R, order = scipy.linalg.qr(columns, pivoting=True, mode=mode)
     pivots = np.abs(np.diagonal(R))
     rank = int(np.sum(pivots > _RANK * pivots.max(initial=0.0)))
     return np.sort(order[:rank]), Q[0][:, rank:] if Q else np.zeros((B.shape[1], 0))
