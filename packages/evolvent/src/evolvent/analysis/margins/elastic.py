@@ -43,6 +43,8 @@ Array = np.ndarray
 
 #: Rank of constraints; eigenvalue of S below which a motion is free.
 _RANK, _FREE = 1e-10, 1e-13
+#: What masses of the tangent may be off those of the residual, of the largest.
+_SAME = 1e-12
 #: Iterations.
 _ITERATIONS = 30
 #: Largest move of a coordinate in a step, rad or m, and the smallest part of a step, also where cords are taut: softly
@@ -93,14 +95,18 @@ class Elastic:
         return self._loose
 
     def mass(self, at: Position) -> Any:
-        """Mass matrix of a position, (nv, nv), sparse."""
+        """Mass matrix of a position by the tangent, (nv, nv), sparse; None where that has more than masses."""
         one, found = self.mechanism, list[Any]()
         one.left(at.t, at.y, one.bare)
         for c_mass in (1.0, 0.0):
             tangent(at.t, at.y, one.none[1], c_mass, 0.0, 0.0, one.bare, self.matrix)
             found.append(sparse_of(self.matrix)[: one.n_v, : one.n_v])
         M = found[0] - found[1]
-        return 0.5 * (M + M.T)
+        M = 0.5 * (M + M.T)
+        a = np.cos(np.arange(one.n_v))
+        wanted = one.left(at.t, at.y, one.bare, a=a)[: one.n_v] - at.zero
+        off, size = np.abs(M @ a - wanted), abs(M) @ np.abs(a) + np.abs(wanted)
+        return M if np.all(off <= _SAME * size.max(initial=0.0)) and np.all(M.diagonal() > 0.0) else None
 
     def tangent(self, at: Position, A: Array, rows: list[int], model: Any) -> tuple[Any, Array]:
         """Tangent (nv, nv), sparse, and forces (nv,) of a position.

@@ -69,11 +69,12 @@ class Position:
     def mass(self) -> Mass:
         """Mass matrix, (nv, nv)."""
         one = self._mechanism
-        if one.elastic is not None:
-            return Mass(one.elastic.mass(self))
+        found = None if one.elastic is None else one.elastic.mass(self)
+        if found is not None:
+            return Mass(found)
         columns = [one.left(self.t, self.y, one.bare, a=e)[: one.n_v] - self.zero for e in np.eye(one.n_v)]
-        found = np.array(columns)
-        return Mass(0.5 * (found + found.T))
+        whole = np.array(columns)
+        return Mass(0.5 * (whole + whole.T))
 
 
 class MechanismModels(abc.ABC):
