@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy import integrate
 
 import evolvent as ev
 from book import Book
 from evolvent import cases
+from evolvent.analysis.margins.elastic import Elastic
 from evolvent.analysis.reflector_after import last_swing
 from evolvent_base.errors import InputError
 
@@ -160,3 +162,26 @@ def test_margin_of_the_hinge() -> None:
     margins = ev.load(found).margin(motion=False, zero=zero, stations=5)
     spring, friction = 0.006 * math.radians(120.0), 5e-4
     assert margins.least == pytest.approx(0.8 * spring / (2.0 * 3.0 * friction) - 1.0, rel=1e-6)
+
+
+def test_hinges_together_stretch_the_net_and_bend_the_ribs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What all hinges do to net and ribs, by Simpson's rule from where cords are slack, is their elastic energy."""
+    own, energies = Elastic.energy, dict[float, float]()
+
+    def energy(elastic: Elastic, at: Any) -> float:
+        return energies.setdefault(round(float(at.x[0]), 9), own(elastic, at))
+
+    monkeypatch.setattr(Elastic, "energy", energy)
+    case = content()
+    case["parts"]["rib"]["elements"] = 3
+    lines = {f"spring {n}": {"travel": ["-20 deg", "0 deg"]} for n in (1, 2, 3)}
+    zero = ["hysteresis", "harness", "motor losses", "adhesion", "load", "acceleration"]
+    found = ev.load(case).margin(motion=False, others="together", stations=13, lines=lines, zero=zero)
+    tables = [found[name] for name in lines]
+    x, (last,) = tables[0].x, tables[0].slack
+    elastic = np.array([share.part == "net" or share.part.startswith("rib") for share in tables[0].shares])
+    given = sum(table.values[elastic].sum(axis=0) for table in tables)
+    work = -integrate.cumulative_simpson(given[last:], x=x[last:], initial=0.0)
+    stored = np.array([energies[round(float(one), 9)] for one in x[last:]])
+    assert stored.max() > 2.0 * stored[-1] > 0.0  # ribs are bent on the way
+    assert work == pytest.approx(stored, abs=0.01 * float(stored.max()))

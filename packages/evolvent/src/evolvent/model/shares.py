@@ -52,6 +52,21 @@ class Rule(NamedTuple):
         return self.category in (SPRING, ELASTIC) if self.stored is None else self.stored
 
 
+class Strained(NamedTuple):
+    """Strains of parts, and how their stresses can be those of other strains.
+
+    Attributes
+    ----------
+    records : str, array of the model with the strains
+    measured : function of these records to the strains of the last residual (n, k)
+    shift : function of the records, to be changed, those of the model itself, and what is added to the strains (n, k)
+    """
+
+    records: str
+    measured: Callable[[Any], Array]
+    shift: Callable[[Any, Any, Array], None]
+
+
 class Elastic(NamedTuple):
     """How parts follow the coordinates by their stiffness.
 
@@ -61,11 +76,13 @@ class Elastic(NamedTuple):
         the part resists its strains
     alone : bool, whether they are of that record alone, else of all
     pushing : function of the model to the arrays with which what goes slack pushes as well; none where nothing does
+    strained : Strained, of parts with strains that are far stiffer than others
     """
 
     stiff: Callable[[Any, Any, int], Mapping[str, Array]]
     alone: bool = False
     pushing: Callable[[Any], Mapping[str, Array]] | None = None
+    strained: Strained | None = None
 
 
 class Pressing(NamedTuple):
@@ -111,8 +128,9 @@ class Shares(NamedTuple):
         the joints in a motion, None at rest, to the powers by the labels of its shares
     standing : bool, whether its forces are those of an equilibrium (with a load factor)
     elastic : Elastic, of elastic parts, one record each; contact : Pressing
-    pulling : function of the model and a factor to its arrays with the lengths without tension of what only pulls times
-        that factor, none where nothing does; its energy is a convex function of the places of its ends
+    pulling : function of the model to the rows (n,) int of its records that only pull: with a `stiffness` (N/m) times
+        the `extension` (m) beyond the `length` without tension, and none below where `slack` is 1; the energy of each
+        is a convex function of the places of its ends
     tie : function of a record to the coordinates that it ties to one another, in positions and directions
     measured : str, field with the index of a coordinate that a record measures alone, which has no margin
     refused : function of a record, its part, and whether everything turns steadily, to why it has no place in the
@@ -130,7 +148,7 @@ class Shares(NamedTuple):
     standing: bool = False
     elastic: Elastic | None = None
     contact: Pressing | None = None
-    pulling: Callable[[Any, float], Mapping[str, Array]] | None = None
+    pulling: Callable[[Any], Array] | None = None
     tie: Callable[[Any], Tie] | None = None
     measured: str = ""
     refused: Callable[[Any, Any, bool], str] | None = None

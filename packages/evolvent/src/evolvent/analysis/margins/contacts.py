@@ -94,8 +94,7 @@ def refuse_undetermined(
 def _is_free(mechanism: MechanismModels, own: Array, rows: list[int], at: Position) -> bool:
     """Whether forces do work along motions that joints, loops of cables and held coordinates leave."""
     A = np.vstack([at.G, mechanism.tied(at.J), at.J[rows]])
-    L = np.linalg.cholesky(at.mass)
-    B, f = np.linalg.solve(L, A.T), np.linalg.solve(L, own)
+    B, f = at.mass.half(A.T), at.mass.half(own)
     norms = np.linalg.norm(B, axis=0)
     norms[norms == 0.0] = 1.0
     left = f - B @ (np.linalg.lstsq(B / norms, f, rcond=_HELD)[0] / norms)

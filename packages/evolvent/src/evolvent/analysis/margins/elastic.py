@@ -23,7 +23,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import scipy
 
 from evolvent import model as mdl
 from evolvent.algebra.sparse import clear
@@ -44,6 +43,8 @@ Array = np.ndarray
 
 #: Rank of constraints; eigenvalue of S below which a motion is free.
 _RANK, _FREE = 1e-10, 1e-13
+#: What masses of the tangent may be off those of the residual, of the largest.
+_SAME = 1e-12
 #: Iterations.
 _ITERATIONS = 30
 #: Largest move of a coordinate in a step, rad or m, and the smallest part of a step, also where cords are taut: softly
@@ -93,8 +94,22 @@ class Elastic:
             self._loose, self._asked = LoosePoints.of(self, at), True
         return self._loose
 
-    def tangent(self, at: Position, A: Array, rows: list[int], model: Any) -> tuple[Array, Array]:
-        """Tangent (nv, nv) and forces (nv,) of a position.
+    def mass(self, at: Position) -> Any:
+        """Mass matrix of a position by the tangent, (nv, nv), sparse; None where that has more than masses."""
+        one, found = self.mechanism, list[Any]()
+        one.left(at.t, at.y, one.bare)
+        for c_mass in (1.0, 0.0):
+            tangent(at.t, at.y, one.none[1], c_mass, 0.0, 0.0, one.bare, self.matrix)
+            found.append(sparse_of(self.matrix)[: one.n_v, : one.n_v])
+        M = found[0] - found[1]
+        M = 0.5 * (M + M.T)
+        a = np.cos(np.arange(one.n_v))
+        wanted = one.left(at.t, at.y, one.bare, a=a)[: one.n_v] - at.zero
+        off, size = np.abs(M @ a - wanted), abs(M) @ np.abs(a) + np.abs(wanted)
+        return M if np.all(off <= _SAME * size.max(initial=0.0)) and np.all(M.diagonal() > 0.0) else None
+
+    def tangent(self, at: Position, A: Array, rows: list[int], model: Any) -> tuple[Any, Array]:
+        """Tangent (nv, nv), sparse, and forces (nv,) of a position.
 
         Parameters
         ----------
@@ -109,12 +124,11 @@ class Elastic:
         motions_of(model)["rest"] = at.x
         F = one.left(at.t, at.y, model, a=a, factor=1.0)[:n_v]
         # those of the motion from rest: in equilibrium what is out of balance accelerates free motions alone
-        L = np.linalg.cholesky(at.mass)
-        B = scipy.linalg.solve_triangular(L, A.T, lower=True)
+        B = at.mass.half(A.T)
+        acts = np.any(B, axis=1)
         norms = np.linalg.norm(B, axis=0)
         norms[norms == 0.0] = 1.0
-        f = scipy.linalg.solve_triangular(L, F, lower=True)
-        la = -np.linalg.lstsq(B / norms, f, rcond=_RANK)[0] / norms
+        la = -np.linalg.lstsq((B / norms)[acts], at.mass.half(F)[acts], rcond=_RANK)[0] / norms
         # the torques that hold the coordinates, since their gradients turn as well
         torques = np.zeros(at.x.size)
         for tie, mu in zip(one.ties, la[one.n_j :], strict=False):
@@ -125,11 +139,11 @@ class Elastic:
         self.multipliers = multipliers = np.ascontiguousarray(la[: one.n_j])
         one.left(at.t, at.y, model, a=a, la=multipliers, factor=1.0)
         tangent(at.t, at.y, multipliers, 0.0, 0.0, 1.0, model, self.matrix)
-        K = sparse_of(self.matrix)[:n_v, :n_v].toarray()
+        K = sparse_of(self.matrix)[:n_v, :n_v]
         if a is not None:
             clear(self.matrix)
             equilibrium.add_turning_tangent(1.0, one.spin, at.y, model, self.matrix)
-            K += sparse_of(self.matrix)[:n_v, :n_v].toarray()
+            K = K + sparse_of(self.matrix)[:n_v, :n_v]
         return K, F
 
     def stiffness(self, at: Position, A: Array, rows: list[int], model: Any) -> Stiffness:
@@ -140,7 +154,7 @@ class Elastic:
         scale = scale_of(K, self.weight)
         held, N = independent(A * scale)
         N = scale[:, None] * N
-        S = N.T @ K @ N
+        S = N.T @ (K @ N)
         squares, modes = np.linalg.eigh(0.5 * (S + S.T))
         resists = np.abs(squares) > _FREE * np.abs(squares).max(initial=0.0)
         lowest = float(squares[resists].min(initial=0.0))

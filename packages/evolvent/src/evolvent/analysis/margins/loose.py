@@ -22,19 +22,21 @@ no equation of the others, and stays where it is.
 
 from __future__ import annotations
 
+import dataclasses
+import functools
 import math
+import weakref
 from typing import Any
 
 import numpy as np
 import scipy
 
 from evolvent.analysis.margins.positions import Position
-from evolvent.analysis.margins.shares import of_family
+from evolvent.analysis.margins.smoothed import SmoothedCords, cords_of
 from evolvent.analysis.margins.stiffness import LARGEST, Stiffness, fulfils, independent, is_settled, scale_of
 from evolvent.equations.implicit import tangent
 from evolvent.kernels.blocks import POSITION, ROTATION, displace
-from evolvent.model.registry import families
-from evolvent.solvers.static.work import sparse_of
+from evolvent.solvers.static.work import falling, sparse_of
 
 Array = np.ndarray
 
@@ -52,12 +54,11 @@ _STABLE = 1e-12
 
 
 def pulling(model: Any, factor: float) -> dict[str, Array]:
-    """Arrays of a model with the lengths of what only pulls times a factor; none where nothing only pulls."""
+    """Records of a model with the lengths of what only pulls times a factor; none where nothing only pulls."""
     found = dict[str, Array]()
-    for family in families().values():
-        own = of_family(family.name)
-        if own.pulling is not None:
-            found |= own.pulling(model, factor)
+    for name, rows in cords_of(model).items():
+        found[name] = getattr(model, name).copy()
+        found[name]["length"][rows] *= factor
     return found
 
 
@@ -76,10 +77,10 @@ class LoosePoints:
         self.without = model._replace(**pulling(model, _NEVER))
         self._shorter = model._replace(**pulling(model, _SHORTER))
         self._size = float(np.median(elastic.weight[free]))
+        self._smoothed = SmoothedCords(elastic, free, self._carried)
         #: Motions (nv, j) that nothing resists, as of the last iteration.
         self.flying = np.zeros((self._mechanism.n_v, 0))
-        self._known: tuple[Position, tuple[int, ...], Stiffness] | None = None
-        self._stable: tuple[Stiffness, float] | None = None
+        self._known = weakref.WeakKeyDictionary[Position, dict[tuple[int, ...], _Known]]()
 
     @classmethod
     def of(cls, elastic: Any, at: Position) -> LoosePoints | None:
@@ -125,11 +126,20 @@ class LoosePoints:
 
     def settle(self, rows: list[int], values: Array, at: Position) -> Position | None:
         """The equilibrium in which the coordinates `rows` have `values`, sought from another position; or None."""
-        found = None if self.is_slack(at) else self._balance(rows, values, at, self.model)
+        found = None if self.is_slack(at) else self._taut(rows, values, at)
         if found is not None:
             return found
         least = self.stand(rows, values, at)
-        return least if least is None or self.is_slack(least) else self._balance(rows, values, least, self.model)
+        return least if least is None or self.is_slack(least) else self._taut(rows, values, least)
+
+    def _taut(self, rows: list[int], values: Array, at: Position) -> Position | None:
+        """`settle` where cords pull at the position from which it is sought."""
+        smoothed = self._smoothed.follow(rows, values, at, self.flying)
+        if smoothed is None:
+            return None
+        found = self._balance(rows, values, smoothed, self.model) or smoothed
+        self._smoothed.remember(found)
+        return found
 
     def is_slack(self, at: Position) -> bool:
         """Whether no cord pulls at a position."""
@@ -154,13 +164,13 @@ class LoosePoints:
             if until_slack and np.array_equal(one.left(t, y, self.model, factor=1.0), loaded):
                 break
             F = one.left(t, y, model, factor=1.0)[free]
-            K = _tangent(self._elastic, y, t, model)[free][:, free].toarray()
+            K = _tangent(self._elastic, y, t, model)[free][:, free]
             largest = float(np.abs(F).max())
             if largest <= _BALANCED * K.diagonal().max(initial=0.0) * self._size:
                 break
-            K[np.diag_indices_from(K)] += largest / (_STEP * self._size)
+            K = K + largest / (_STEP * self._size) * scipy.sparse.eye(free.size)
             d = np.zeros(one.n_v)
-            d[free] = -scipy.linalg.solve(K, F, assume_a="pos")
+            d[free] = -scipy.sparse.linalg.splu(K.tocsc()).solve(F)
             y = self._moved(y, t, model, d, None)
         return y
 
@@ -251,13 +261,15 @@ class LoosePoints:
         """
         elastic, free = self._elastic, self.free
         K, F = elastic.tangent(at, A, rows, model)
-        own = K[np.ix_(free, free)]
-        typical = float(own.diagonal().max(initial=0.0)) or 1.0
+        stiff = K.diagonal()[free]
+        typical = float(stiff.max(initial=0.0)) or 1.0
         largest = 0.0 if model is self.without else float(np.abs(F[free]).max())
         balanced = largest <= _BALANCED * typical * self._size
-        K[free, free] += np.where(np.any(own, axis=1), 0.0, typical)
+        added = np.zeros(K.shape[0])
+        added[free] = np.where(abs(K[free][:, free]).sum(axis=1).A1 == 0.0, typical, 0.0)
         if not exact:
-            K[free, free] += largest / (_STEP * self._size)
+            added[free] += largest / (_STEP * self._size)
+        K = (K + scipy.sparse.diags(added)).tocsr()
         scale = scale_of(K, elastic.weight)
         held, _ = independent(A * scale, mode="r")
         return Stiffness(K, at.mass, A, held, F, scale, self.flying, 0.0), balanced
@@ -268,33 +280,39 @@ class LoosePoints:
         """As `Elastic.velocities`; one decomposition for all coordinates that hold the same others."""
         first = A.shape[0] - len(rows)
         order = np.concatenate([np.arange(first), first + np.argsort(rows)])
-        known = tuple(sorted(rows))
-        if self._known is None or self._known[0] is not at or self._known[1] != known:
-            found, _ = self._stiffness(at, A[order], list(known), self.model, exact=True)
-            self._known = at, known, found
-        found = self._known[2]
-        return found.move(b[order], np.zeros(found.F.size))[0], self._lowest(found) if still else 0.0
+        key = tuple(sorted(rows))
+        known = self._known.setdefault(at, {})
+        if key not in known:
+            known[key] = _Known(self._stiffness(at, A[order], list(key), self.model, exact=True)[0])
+        own = known[key]
+        return own.found.move(b[order], np.zeros(own.found.F.size))[0], own.lowest if still else 0.0
 
-    def _lowest(self, found: Stiffness) -> float:
+
+@dataclasses.dataclass(frozen=True)
+class _Known:
+    """Stiffness of a position, with what is found of it once."""
+
+    found: Stiffness
+
+    @functools.cached_property
+    def lowest(self) -> float:
         """Lowest eigenvalue of S where it is below 0, else 0."""
-        if self._stable is not None and self._stable[0] is found:
-            return self._stable[1]
-        S, lowest = _projected(found)[1], 0.0
-        if S.size:
-            S += _STABLE * float(np.abs(S.diagonal()).max()) * np.eye(len(S))
-            try:
-                np.linalg.cholesky(S)
-            except np.linalg.LinAlgError:
-                lowest = min(float(np.linalg.eigvalsh(S)[0]), 0.0)
-        self._stable = found, lowest
-        return lowest
+        found, D = self.found, scipy.sparse.diags(self.found.scale)
+        K = D @ found.K @ D
+        even = _STABLE * float(np.abs(K.diagonal()).max(initial=0.0))
+        A = found.A[found.rows] * found.scale
+        if falling(K + even * scipy.sparse.eye(K.shape[0]), A / np.linalg.norm(A, axis=1)[:, None]) == 0:
+            return 0.0
+        S = _projected(found)[1]
+        S += _STABLE * float(np.abs(S.diagonal()).max(initial=0.0)) * np.eye(len(S))
+        return min(float(np.linalg.eigvalsh(S).min(initial=0.0)), 0.0)
 
 
 def _projected(found: Stiffness) -> tuple[Array, Array]:
     """Motions N (nv, n) that nothing holds, and the stiffness S = N^T K N along them."""
     _, N = independent(found.A * found.scale)
     N = found.scale[:, None] * N
-    S = N.T @ found.K @ N
+    S = N.T @ (found.K @ N)
     return N, 0.5 * (S + S.T)
 
 

@@ -24,6 +24,7 @@ import numpy as np
 from evolvent.analysis.margins import contacts
 from evolvent.analysis.margins.elastic import Elastic
 from evolvent.analysis.margins.loose import LoosePoints
+from evolvent.analysis.margins.mass import Mass
 from evolvent.analysis.margins.positions import Direction, MechanismModels, Position
 from evolvent.analysis.margins.shares import (
     GRAVITY,
@@ -251,7 +252,7 @@ class Mechanism(MechanismModels):
         """A direction, None where it does not fulfil A v = b."""
         if float(np.abs(A @ v - b).max()) > _OFF:
             return None
-        return Direction(v, at.J @ v, float(v @ at.mass @ v))
+        return Direction(v, at.J @ v, float(v @ (at.mass @ v)))
 
     def _held(self, k: int, held: list[int], sense: float, at: Position) -> tuple[Array, Array]:
         """Gradients A of all that holds a mechanism in which k moves, and the rates b = A v."""
@@ -441,12 +442,11 @@ def _digest(model: Any, ties: list[Tie], spin: Array) -> str:
     return found.hexdigest()
 
 
-def _least(M: Array, A: Array, b: Array) -> Array:
+def _least(M: Mass, A: Array, b: Array) -> Array:
     """The x of least x.M x with A x = b, in the sense of least squares where that has no solution."""
-    L = np.linalg.cholesky(M)
-    B = np.linalg.solve(L, A.T).T
+    B = M.half(A.T).T
     size = np.linalg.norm(B, axis=1)
     size[size == 0.0] = 1.0
-    w = np.linalg.lstsq(B / size[:, None], b / size, rcond=_RANK)[0]
-    found: Array = np.linalg.solve(L.T, w)
-    return found
+    w, acts = np.zeros(B.shape[1]), np.any(B, axis=0)
+    w[acts] = np.linalg.lstsq((B / size[:, None])[:, acts], b / size, rcond=_RANK)[0]
+    return M.back(w)

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.analysis.margins.mass import Mass
 from evolvent.analysis.margins.shares import coordinate_names, measured, ties_of, unforced
 from evolvent.assembly.assembled import Assembly
 from evolvent.equations.implicit import residual, residuals
@@ -64,11 +65,14 @@ class Position:
             self.J[k] = mechanism.left(t, y, one)[:n_v] - self.zero
 
     @functools.cached_property
-    def mass(self) -> Array:
+    def mass(self) -> Mass:
         """Mass matrix, (nv, nv)."""
         one = self._mechanism
-        found = one.lefts(self.t, self.y, a=np.eye(one.n_v))[:, : one.n_v] - self.zero
-        return 0.5 * (found + found.T)
+        found = None if one.elastic is None else one.elastic.mass(self)
+        if found is not None:
+            return Mass(found)
+        whole = one.lefts(self.t, self.y, a=np.eye(one.n_v))[:, : one.n_v] - self.zero
+        return Mass(0.5 * (whole + whole.T))
 
 
 class MechanismModels(abc.ABC):

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import scipy
 
+from evolvent.analysis.margins.mass import Mass
+
 Array = np.ndarray
 
 #: Rank of constraints; least stiffness of a scale beside the median.
@@ -25,7 +27,7 @@ class Stiffness:
 
     Attributes
     ----------
-    K, M : (nv, nv) float, tangent and mass matrix
+    K : (nv, nv) float, tangent, sparse; M : mass.Mass
     A : (n, nv) float, gradients of what holds, and rows : (m,) int, those of them that are independent
     F : (nv,) float, forces on the left of the equations
     scale : (nv,) float, D
@@ -33,8 +35,8 @@ class Stiffness:
     lowest : float, lowest eigenvalue of S, or 0
     """
 
-    K: Array
-    M: Array
+    K: Any
+    M: Mass
     A: Array
     rows: Array
     F: Array
@@ -48,10 +50,8 @@ class Stiffness:
         A, X, D = self.A[self.rows], self.free, self.scale
         MX, norms = self.M @ X, np.linalg.norm(A * D, axis=1)
         C = np.vstack([A * D / norms[:, None], (MX * D[:, None]).T / np.linalg.norm(MX * D[:, None], axis=0)[:, None]])
-        C = scipy.sparse.csc_matrix(C)
-        return scipy.sparse.linalg.splu(
-            scipy.sparse.bmat([[scipy.sparse.csc_matrix(D[:, None] * self.K * D), C.T], [C, None]], format="csc")
-        )
+        C, D = scipy.sparse.csc_matrix(C), scipy.sparse.diags(D)
+        return scipy.sparse.linalg.splu(scipy.sparse.bmat([[D @ self.K @ D, C.T], [C, None]], format="csc"))
 
     def move(self, b: Array, F: Array) -> tuple[Array, Array]:
         """The move d that fulfils the constraints A d = b, with the forces F + K d in balance.
@@ -74,7 +74,7 @@ class Stiffness:
         return D * lu.solve(np.concatenate([-D * F, bounds[:, 0]]))[:n], X
 
 
-def scale_of(K: Array, weight: Array) -> Array:
+def scale_of(K: Any, weight: Array) -> Array:
     """Scales D (nv,) by which the stiffness of every coordinate is near 1; `weight` (nv,) are sizes of moves."""
     energy = np.abs(K.diagonal()) * weight**2
     least = _SOFTEST * float(np.median(energy[energy > 0.0])) if np.any(energy) else 1.0
@@ -87,7 +87,10 @@ def independent(B: Array, *, mode: str = "full") -> tuple[Array, Array]:
     The latter are empty where the `mode` is "r".
     """
     norms = np.linalg.norm(B, axis=1)
-    *Q, R, order = scipy.linalg.qr((B / np.where(norms > 0.0, norms, 1.0)[:, None]).T, pivoting=True, mode=mode)
+    columns = (B / np.where(norms > 0.0, norms, 1.0)[:, None]).T
+    if mode == "r":
+        columns = columns[np.any(columns, axis=1)]
+    *Q, R, order = scipy.linalg.qr(columns, pivoting=True, mode=mode)
     pivots = np.abs(np.diagonal(R))
     rank = int(np.sum(pivots > _RANK * pivots.max(initial=0.0)))
     return np.sort(order[:rank]), Q[0][:, rank:] if Q else np.zeros((B.shape[1], 0))

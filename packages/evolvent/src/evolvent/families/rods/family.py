@@ -42,7 +42,7 @@ from evolvent.model.questions import (
     never,
     skew,
 )
-from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
+from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares, Strained
 from evolvent_base.errors import InputError
 
 Array = np.ndarray
@@ -155,6 +155,14 @@ def evaluate(interval, model):
 
 def _stiff(whole: Any, bare: Any, index: int) -> dict[str, Array]:
     return {name: getattr(whole, name) for name in ("rods", "rod_elements", "thermal_loads")}
+
+
+def _strains(elements: Any) -> Array:
+    return np.asarray(elements["m1"][:, rod_strains.STRAIN : rod_strains.STRAIN + 6])
+
+
+def _shift_strains(elements: Any, own: Any, added: Array) -> None:
+    elements["rest"] = own["rest"] - added
 
 
 def _transverse(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
@@ -330,7 +338,9 @@ RODS = Family(
     energy=energy,
     momentum=momentum,
     laws=(Law(DRIVE, lambda found: (found["payout"] != 0) & (found["law"] != 0) & (found["drive"] == LAW)),),
-    shares=Shares((Rule(ELASTIC),), place=11, elastic=Elastic(_stiff)),
+    shares=Shares((Rule(ELASTIC),), place=11,
+        elastic=Elastic(_stiff, strained=Strained("rod_elements", _strains, _shift_strains)),
+    ),
     smooth=lambda found: found["payout"] == 0,
     of_step=False,
     adjoint=AdjointSupport(

@@ -133,11 +133,9 @@ def _sets(model: Any, index: int) -> Iterator[tuple[str, float, str]]:
     yield "extension beyond the natural length", float(set_of(model, model.springs[index])[0]), "m"
 
 
-def _pulling(model: Any, factor: float) -> dict[str, Array]:
-    found = model.springs.copy()
-    only = (found["slack"] != 0) & (found["prony_end"] == found["prony"])
-    found["length"][only] *= factor
-    return {"springs": found} if np.any(only) else {}
+def _pulling(model: Any) -> Array:
+    own = model.springs
+    return np.flatnonzero((own["slack"] != 0) & (own["prony_end"] == own["prony"]))
 
 
 # slack: 1 of one that only pulls, slope: derivative of its tension over its stiffness where it relaxes; of a step:

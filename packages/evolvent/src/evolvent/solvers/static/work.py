@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import weakref
 from typing import Any
 
 import numpy as np
@@ -51,6 +52,8 @@ RESOLVED, _RAISES = 1e-11, 4
 REDUNDANT = 1e-9
 #: Stiffness, beside the largest, below which coordinates are alike in what depends on what.
 SOFT = 1e-8
+#: Where the entries of matrices stand by rows, as of `_compressed`.
+_rows_of: weakref.WeakKeyDictionary[SparseBlocks, tuple[Array, Array, Array]] = weakref.WeakKeyDictionary()
 
 
 def spin_of(assembly: Assembly, rotating: Any, centre: Any) -> Array:
@@ -265,37 +268,14 @@ class Work:
         return found
 
     def falling_directions(self) -> int:
-        """In how many independent directions the energy falls about the last state (full load); -1 if that is unknown.
-
-        Notes
-        -----
-        Negative pivots of K on the moves that the constraints G allow, eliminated along its diagonal (Sylvester). The
-        constraints are eliminated exactly: a penalty would have to be much stiffer than the softest bending of a rod is
-        soft beside its extension, which leaves no digits for the latter.
-        """
+        """In how many independent directions the energy falls about the last state (full load); -1 if unknown."""
         whole = self.tangent(0.0, 0.0)
         held = np.flatnonzero(redundancy.is_held(self.model.constraints, self.time))
         G = whole[self.n_v :, : self.n_v][held]
         K = whole[: self.n_v, : self.n_v]
         if np.any(self.balance.spin[:3]):
             K = K + self.turning_tangent()
-        A = 0.5 * (K + K.T)
-        if held.size:
-            T = _allowed_moves(G.toarray(), abs(K).max(axis=1).toarray().ravel())
-            A = T.T @ A @ T
-        if A.shape[0] == 0:
-            return 0
-        size = abs(A).max(axis=1).toarray().ravel()
-        d = 1.0 / np.sqrt(np.where(size > 0.0, size, 1.0))
-        A = A.tocoo()
-        A = scipy.sparse.csc_matrix((d[A.row] * A.data * d[A.col], (A.row, A.col)), shape=A.shape)
-        try:
-            lu = scipy.sparse.linalg.splu(
-                A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-            )
-        except RuntimeError:  # a pivot is zero
-            return -1
-        return int(np.sum(lu.U.diagonal() < -PIVOT_ROUND_OFF)) if np.array_equal(lu.perm_r, lu.perm_c) else -1
+        return falling(K, G.toarray())
 
     def carry(self) -> bool:
         """Set the multipliers to those that carry most of the whole load in this state; False of large systems.
@@ -365,6 +345,34 @@ class Work:
         return found
 
 
+def falling(K: Any, G: Array) -> int:
+    """In how many independent directions that constraints G (m, n) allow the energy falls by K (n, n); -1 if unknown.
+
+    Notes
+    -----
+    Negative pivots of K on the moves that the constraints allow, eliminated along its diagonal (Sylvester). The
+    constraints are eliminated exactly: a penalty would have to be much stiffer than the softest bending of a rod is
+    soft beside its extension, which leaves no digits for the latter.
+    """
+    A = 0.5 * (K + K.T)
+    if len(G):
+        T = _allowed_moves(G, abs(K).max(axis=1).toarray().ravel())
+        A = T.T @ A @ T
+    if A.shape[0] == 0:
+        return 0
+    size = abs(A).max(axis=1).toarray().ravel()
+    d = 1.0 / np.sqrt(np.where(size > 0.0, size, 1.0))
+    A = A.tocoo()
+    A = scipy.sparse.csc_matrix((d[A.row] * A.data * d[A.col], (A.row, A.col)), shape=A.shape)
+    try:
+        lu = scipy.sparse.linalg.splu(
+            A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+        )
+    except RuntimeError:  # a pivot is zero
+        return -1
+    return int(np.sum(lu.U.diagonal() < -PIVOT_ROUND_OFF)) if np.array_equal(lu.perm_r, lu.perm_c) else -1
+
+
 def _allowed_moves(G: Array, size: Array) -> Any:
     """A basis of the null space of constraints G (m, n): a sparse matrix (n, n - rank).
 
@@ -427,15 +435,25 @@ def spare_of(model: mdl.Model) -> int:
 
 def sparse_of(matrix: SparseBlocks) -> scipy.sparse.csr_matrix:
     """A matrix before it is factored, inner unknowns included; by velocities and then joints."""
-    values, rows, columns = ordering.entries(matrix)
+    if matrix not in _rows_of:
+        _rows_of[matrix] = _compressed(matrix)
+    order, columns, starts = _rows_of[matrix]
     n = matrix.place.size
-    found = scipy.sparse.coo_matrix((values, (rows, columns)), shape=(n, n)).tocsr()
+    found = scipy.sparse.csr_matrix((matrix.values[order], columns, starts), shape=(n, n), copy=True)
     found.eliminate_zeros()
     inner = int(matrix.counts[INNER])
     if inner:
         B, C = (scipy.sparse.csr_matrix(part[matrix.place, :inner]) for part in (matrix.B, matrix.C))
         found = found + B @ C.T
     return found
+
+
+def _compressed(matrix: SparseBlocks) -> tuple[Array, Array, Array]:
+    """Entries of a matrix by rows: their places in its values, their columns, (nz,), and where rows start, (n + 1,)."""
+    _, rows, columns = ordering.entries(matrix)
+    order = np.lexsort((columns, rows))
+    starts = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=matrix.place.size))])
+    return order, columns[order], starts
 
 
 def add_turn(model: mdl.Model, spin: Array, y: Array) -> None:
