@@ -224,6 +224,32 @@ def test_a_cord_that_is_cut_lets_fall() -> None:
     assert found.y[-1, 2] == pytest.approx(-1.0 - 0.5 * G * 0.04, abs=1e-6)
 
 
+@pytest.mark.parametrize(("method", "stiffness"), [("generalized-alpha", 0.0), ("energy-momentum", 0.0), ("rk4", 5e3)])
+@pytest.mark.parametrize(("lift", "warned"), [(0.0, False), (24.0, True)])
+def test_a_cord_that_pushes_is_warned_of(method: str, stiffness: float, lift: float, warned: bool) -> None:
+    """Two masses of 1 kg, one of which is lifted by a force: the cord pulls with g - lift/2."""
+    system = System(gravity=(0.0, 0.0, -G))
+    for name, z in (("first", -1.0), ("second", -2.0)):
+        system.add(parts.Point(mass=1.0, position=(0.0, 0.0, z)), name)
+    cord: dict[str, Any] = {"stiffness": stiffness, "damping": 20.0} if stiffness else {}
+    system.add(parts.Joint(a="first", b="second", over=(0.0, 0.0, 0.0), type="pulley", **cord), "cord")
+    system.add(parts.Load(at="first", force=(0.0, 0.0, lift)), "lift")
+    run = system.simulate(until=0.25, method=method, step=1e-4 if stiffness else 1e-2)
+    assert float(run["cord"].tension[-1]) == pytest.approx(G - 0.5 * lift, abs=0.2 if stiffness else 1e-6)
+    assert run.attrs.get("warning", "").startswith("'cord' pushes where a thread would go slack") is warned
+
+
+def test_a_cord_on_a_drum_that_pushes_is_warned_of() -> None:
+    system = System()
+    system.add(parts.RigidBody(mass=20.0, inertia=(1.0, 1.0, 2.0)), "hub")
+    system.add(parts.Point(mass=1.0, position=(2.0, -0.2, 0.0), velocity=(0.0, 1.0, 0.0)), "mass")
+    drum: dict[str, Any] = {"length": 2.0, "drum": 0.2, "anchor": (0.0, -1.0, 0.0), "sense": 1}
+    system.add(parts.Joint(a="hub", b="mass", type="link", **drum), "cord")
+    system.add(parts.Load(at="mass", force=(-3.0, 0.0, 0.0)), "push")
+    warning = system.simulate(until=0.1).attrs["warning"]
+    assert warning.startswith("'cord' pushes where a thread would go slack: tension below zero in ")
+
+
 def test_a_cord_is_a_row_of_its_own() -> None:
     row = tackle(2.0, 1.0, 1.0).assemble().model.joints[0]
     assert (row["kind"], row["radius"], row["value"]) == (gaps.PULLEY, 2.0, 5.0)

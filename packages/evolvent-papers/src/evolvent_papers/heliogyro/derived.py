@@ -9,11 +9,11 @@ import numpy as np
 
 from evolvent import model as mdl
 from evolvent.families.bodies.observer import observe_body
-from evolvent.families.threads.family_limits import pushing
 from evolvent.families.threads.observer import observe_thread
 from evolvent.results.observe import View
 from evolvent.results.observe.variables import unwrapped
 from evolvent.solvers.common import balance as eb
+from evolvent.solvers.common.limits import pushing
 from evolvent_papers.heliogyro import free_body
 from evolvent_papers.heliogyro.case import Case
 from evolvent_papers.heliogyro.straight import straight_inertia
@@ -116,7 +116,7 @@ def findings(case: Case, solution: Solution) -> tuple[dict[str, tuple[tuple[str,
     """
     found = derived(case, solution)
     lag = found["hub_lag"][1] if "hub_lag" in found else None
-    texts = [*pushing(solution, 0.0), _wraps(case, solution), _winds(lag, solution), _lacks(solution)]
+    texts = [pushing(solution, 0.0), _wraps(case, solution), _winds(lag, solution), _lacks(solution)]
     return found, "; ".join(text for text in texts if text)
 
 

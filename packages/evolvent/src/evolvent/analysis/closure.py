@@ -11,10 +11,9 @@ from evolvent.assembly.references import split_reference
 from evolvent.families.fields.part import Field
 from evolvent.families.loads.part import Load
 from evolvent.families.threads.part import Thread
-from evolvent.model.registry import asked
 from evolvent.solvers.common import balance
 from evolvent.solvers.common.laws import states_energy
-from evolvent.solvers.common.limits import limitations
+from evolvent.solvers.common.limits import limitations, pushing
 from evolvent.solvers.time.implicit.captures import STEPS, captures_of
 
 if TYPE_CHECKING:
@@ -77,7 +76,7 @@ def warning_of(solution: Solution) -> str:
     found = (
         unresolved(solution) or unclosed(solution),
         unresolved_captures(solution),
-        *(text for warn in asked("notes.warn").values() for text in warn(solution)),
+        pushing(solution),
         unloaded_tips(solution.assembly),
         *limitations(solution),
     )

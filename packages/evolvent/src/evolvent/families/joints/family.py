@@ -9,15 +9,18 @@ import numpy as np
 
 from evolvent.families.joints import joint, joint_tangent
 from evolvent.families.relaxation.family import set_of
-from evolvent.kernels import constraints, sides
+from evolvent.kernels import constraints, gaps, sides
 from evolvent.kernels.drive import LAW
 from evolvent.kernels.ends import of_joint
 from evolvent.model.family import End, Family, Kind, Records, record
-from evolvent.model.questions import DRIVE, AdjointSupport, Advice, Law, Parts, Rows, Statics
+from evolvent.model.questions import DRIVE, AdjointSupport, Advice, Law, Notes, Parts, Rows, Statics
 from evolvent.model.shares import Shares
 
 Array = np.ndarray
 _3 = (3,)
+
+#: Share of its largest tension by which a cord may push before a run warns: penalties ring after every change.
+PUSH, PUSH_OF_PENALTIES = 1e-6, 0.05
 
 
 def _is_gear(found: Array) -> Array:
@@ -40,6 +43,14 @@ def _turns(found: Array) -> Array:
     """Joints that hold directions: (n,) bool."""
     directions = np.isin(found["kind"], (joint.DIRECTION, joint.ANGLE, joint.GEAR))
     return np.asarray(directions | ((found["kind"] == joint.ALONG) & (found["on"][:, 0] == sides.ON_NODE)))
+
+
+def _tensions(solution: Any) -> Iterator[tuple[int, Array, float, float]]:
+    """Tensions of cords over pulleys and on drums, which rods that hold a distance do not have (`Notes.tensions`)."""
+    joints = solution.assembly.model.joints
+    for k in np.flatnonzero(np.isin(joints["kind"], (gaps.PULLEY, gaps.CORD))).tolist():
+        tension = solution.la[:, k]
+        yield k, tension, float(tension.max()), PUSH_OF_PENALTIES if joints["stiffness"][k] > 0.0 else PUSH
 
 
 def _is_held(found: Array) -> Array:
@@ -209,6 +220,7 @@ JOINTS = Family(
         timed=lambda found: (found["path"] != 0) | (found["law"] != 0), rates=lambda model: model.info.penalties > 0,
         mirrored=lambda found: np.isin(found["kind"], (joint.POINT, joint.DIRECTION)),
     ),
+    notes=Notes(tensions=_tensions),
     parts=Parts(changes="", reads_inertia=False),
     statics=Statics(uneven=_uneven, sets=_sets),
     advice=Advice(

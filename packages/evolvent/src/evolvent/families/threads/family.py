@@ -455,7 +455,7 @@ THREADS = Family(
         adaptive=_has_no_stiffness,
         short_steps=lambda t: "threads of springs are stiff" if np.any(np.isin(t["kind"], _SPRINGS)) else "",
     ),
-    notes=Notes(warn=limits.pushing),
+    notes=Notes(tensions=limits.tensions),
 )  # fmt: skip
 
 # branch: first branch of the segment inwards, of a viscoelastic thread; mass, its inverse, and the length of thread

@@ -70,29 +70,10 @@ def unsteady(model: Any, orbits: bool) -> Iterator[tuple[int, str]]:
         yield p, f"{flows}; leave out rotating, or its `take_up`"
 
 
-def pushing(solution: Any, share: float | None = None) -> Iterator[str]:
-    """A sentence on threads whose segments push by more than a share of their largest tension (`Notes.warn`).
-
-    By default the share is `PUSH_OF_SPRINGS` or, of inextensible segments, `PUSH_OF_FIXED_LENGTHS`.
-    """
-    model, found = solution.assembly.model, []
-    names = {index: name for name, (family, index) in solution.assembly.names.items() if family == "threads"}
-    if not names or not solution.t.size:
-        return
-    for index, row in enumerate(model.threads):
+def tensions(solution: Any) -> Iterator[tuple[int, np.ndarray, float, float]]:
+    """Tensions of threads (`Notes.tensions`); those of nodes on their spools are zero."""
+    for index, row in enumerate(solution.assembly.model.threads):
         first = int(row["node"])
-        tension = solution.observations.tension[:, first : first + int(row["n"])]  # zero of wound nodes
-        least = tension.min(axis=1)
+        tension = solution.observations.tension[:, first : first + int(row["n"])]
         allowed = PUSH_OF_SPRINGS if row["kind"] in (thread.SPRINGS, thread.MOVING) else PUSH_OF_FIXED_LENGTHS
-        allowed = allowed if share is None else share
-        count = int(np.sum(least < -allowed * max(float(tension.max()), 0.0) - 1e-9))
-        if count:
-            found.append((float(least.min()), names[index], count, float(solution.t[np.argmin(least)])))
-    if not found:
-        return
-    worst, name, count, time = min(found)
-    others = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
-    yield (
-        f"{name!r}{others} pushes where a thread would go slack: tension below zero in {count} of {solution.t.size} "
-        f"samples, at worst {worst:.3g} N at t = {time:.6g} s"
-    )
+        yield index, tension.min(axis=1), float(tension.max()), allowed

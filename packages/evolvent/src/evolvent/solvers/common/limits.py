@@ -5,6 +5,9 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+from evolvent.assembly.families import owner
 from evolvent.model.registry import asked
 from evolvent.solvers.common.solution import Solution
 
@@ -21,3 +24,26 @@ def limitations(solution: Solution) -> list[str]:
 def limitation_of(solution: Solution) -> str:
     """`limitations` of the last state as one text; '' for none."""
     return "; ".join(limitations(solution.chosen(slice(-1, None))))
+
+
+def pushing(solution: Solution, share: float | None = None) -> str:
+    """A sentence on threads and cords that push in a run by more than a share of their largest tension; '' for none.
+
+    By default the share is that of the family (`Notes.tensions`).
+    """
+    found = []
+    for family, tensions in asked("notes.tensions").items() if solution.t.size else ():
+        for index, tension, largest, allowed in tensions(solution):
+            least = -(allowed if share is None else share) * max(largest, 0.0) - 1e-9
+            if count := int(np.sum(tension < least)):
+                at = int(np.argmin(tension))
+                name = owner(solution.assembly, family, index)
+                found.append((float(tension[at]), name, count, float(solution.t[at])))
+    if not found:
+        return ""
+    worst, name, count, time = min(found)
+    others = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+    return (
+        f"{name!r}{others} pushes where a thread would go slack: tension below zero in {count} of {solution.t.size} "
+        f"samples, at worst {worst:.3g} N at t = {time:.6g} s"
+    )
