@@ -285,9 +285,10 @@ def _reached(run: xr.DataTree, part: str, name: str, times: np.ndarray) -> Row:
         k, text = _peak(np.abs(columns[:, 0])), f"{columns[-1, 0]:.5g}{unit}"
         if len(columns) == 1:
             return row(text, of(columns[-1, 0], ""))
-        text += f" at the end, largest {columns[k, 0]:.5g}{unit}{_at(times, k)}"
-        when = Quantity(float(times[k]), "s", "time of the largest")
-        return row(text, of(columns[-1, 0], "at the end"), of(columns[k, 0], "largest"), when)
+        largest = "largest of the samples" if _is_exceeded(run, part, name) else "largest"
+        text += f" at the end, {largest} {columns[k, 0]:.5g}{unit}{_at(times, k)}"
+        when = Quantity(float(times[k]), "s", f"time of the {largest}")
+        return row(text, of(columns[-1, 0], "at the end"), of(columns[k, 0], largest), when)
     if columns.shape[1] > 4:
         low, high = finite.min(), finite.max()
         return row(f"from {low:.5g} to {high:.5g}{unit}", of(low, "least"), of(high, "largest"))
@@ -307,6 +308,16 @@ def _reached(run: xr.DataTree, part: str, name: str, times: np.ndarray) -> Row:
         sizes=(of(sizes[-1], "magnitude at the end"), *both) if np.isfinite(sizes[-1]) else (),
         sizes_text=f"magnitude {sizes[-1]:.5g}{unit} at the end, {largest}",
     )  # fmt: skip
+
+
+def _is_exceeded(run: xr.DataTree, part: str, name: str) -> bool:
+    """Whether a part holds a peak over all steps, of a variable or of what is in it, above the samples of the variable."""
+    group = variables.group_of(run, part)
+    peaks = (group[key] for key in group.data_vars if str(key).endswith(f"{name}_peak"))
+    if name not in group:
+        return False
+    largest = largest_of(variables.values(group[name]))
+    return any(float(np.nanmax(peak.values, initial=0.0)) > (1.0 + _PEAK) * largest for peak in peaks)
 
 
 def _peak(sizes: np.ndarray) -> int:
