@@ -138,7 +138,7 @@ def test_the_command_takes_a_file_of_the_current_folder(folder, call, monkeypatc
     words = ["--keep", "hinge.margin", "--samples", "3", "--no-figures", "--workers", "1"]
     code, out, err = call("disperse", "../own.yaml", "--vary", f"{KEY}=table(../springs.csv, stiffness)", *words)
     assert (code, err) == (0, "")
-    assert "3 runs, plain random over 1 draws" in out
+    assert "3 runs, plain random over 1 draw" in out
     code, _, err = call("disperse", "../own.yaml", "--vary", f"{KEY}=table(../spring.csv)", *words)
     assert code == 2
     assert "cannot read '../spring.csv'" in err

@@ -107,6 +107,23 @@ def choose(page: Any, select: str, option: str | re.Pattern[str], *, typed: str 
     settle(page)
 
 
+def open_study(page: Any, name: str) -> None:
+    """Open a finished study from the list of its panel, again where the list is redrawn under the click."""
+    from playwright.sync_api import TimeoutError as PlaywrightTimeout
+
+    link, chart = page.locator(part(f"study-{name}")), page.locator(f"{part('study-chart')} canvas").first
+    for _ in range(8):
+        link.click()
+        try:
+            chart.wait_for(timeout=8_000)
+            break
+        except PlaywrightTimeout:
+            continue
+    else:
+        raise AssertionError(f"the study {name!r} does not open")
+    settle(page)
+
+
 class Server:
     """A studio that runs in its own process."""
 

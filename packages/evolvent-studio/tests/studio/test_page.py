@@ -17,7 +17,7 @@ from evolvent import cases, results
 from evolvent.design import studies
 from evolvent.design.studies import draw
 from evolvent_massprops.inertia import Body, Stand, linear_model
-from studio.serving import LONG, SHORT, WAIT, choose, frames, part, settle
+from studio.serving import LONG, SHORT, WAIT, choose, frames, open_study, part, settle
 
 EXAMPLE = pathlib.Path(__file__).parents[4] / "examples" / "stand.yaml"
 #: Values that the cases of a study take together.
@@ -287,7 +287,7 @@ def test_a_torsion_rig_needs_no_signals(page, folder):
 
 def test_click_on_a_map_opens_the_case(page, shots):
     page.click(part("tab-studies"))
-    page.click(part("study-payout"))
+    open_study(page, "payout")
     canvas = page.wait_for_selector(f"{part('study-chart')} canvas")
     page.wait_for_timeout(500)
     page.screenshot(path=shots / "study.png")
@@ -324,12 +324,13 @@ def test_the_figures_of_a_system_stand_below_its_study(page, folder, shots):
 )
 def test_click_on_lines_and_points_opens_the_case(page, shots, study, chart, series, point, case, rates):
     page.click(part("tab-studies"))
-    page.click(part(f"study-{study}"))
-    page.wait_for_selector(f"{part('study-chart')} canvas")
+    open_study(page, study)
     page.wait_for_timeout(500)
     page.screenshot(path=shots / f"study-{study}.png")
     box = page.locator(f"{part('study-chart')} .ev-chart").nth(chart)
     box.scroll_into_view_if_needed()
+    drawn = "([e, s, k]) => e.chart?.getOption()?.series?.[s]?.data?.[k] !== undefined"
+    page.wait_for_function(drawn, arg=[box.element_handle(), series, point])
     x, y = box.evaluate(
         "(e, [s, k]) => e.chart.convertToPixel({ seriesIndex: s }, e.chart.getOption().series[s].data[k])",
         [series, point],

@@ -17,7 +17,7 @@ from evolvent import cases
 from evolvent.design import studies
 from evolvent.elements.viscoelastic import Viscoelastic
 from margin_cases import case
-from studio.serving import AT_ONCE, SHORT, WAIT, choose, part
+from studio.serving import AT_ONCE, SHORT, WAIT, choose, open_study, part
 
 #: A phone, and the screen of the other tests.
 PHONE, SCREEN = {"width": 390, "height": 844}, {"width": 1440, "height": 900}
@@ -262,7 +262,7 @@ def test_a_study_is_cancelled_and_continued(page, shots):
 
 def test_failed_cases_are_marked_with_their_reason(page, shots):
     page.click(part("tab-studies"))
-    page.click(part("study-broken"))
+    open_study(page, "broken")
     shown = f"document.querySelector('{part('study-chart')} .ev-chart')"
     page.wait_for_function(f"{shown}?.chart?.getOption()?.series?.length > 1")  # the canvas is there before its options
     page.screenshot(path=shots / "study-failed.png")
@@ -289,13 +289,10 @@ def test_failed_cases_are_marked_with_their_reason(page, shots):
 
 def test_categories_have_a_discrete_legend(page, shots):
     page.click(part("tab-studies"))
-    page.click(part("study-orders"))
-    page.wait_for_selector(f"{part('study-chart')} canvas")
+    open_study(page, "orders")
     shown = f"document.querySelector('{part('study-chart')} .ev-chart')"
-    page.wait_for_function(f"{shown}?.chart?.getOption()?.visualMap")  # the canvas is there before its options
-    chart = page.locator(f"{part('study-chart')} .ev-chart").first
-    scale = "e => e.chart.getOption().visualMap[0].type"
-    assert chart.evaluate(scale) == "continuous"
+    # the canvas is there before its options, and they go while it is drawn again
+    page.wait_for_function(f"{shown}?.chart?.getOption()?.visualMap?.[0].type === 'continuous'")
     choose(page, "output", re.compile("best spring"))
     # the chart is drawn again some time after the choice
     page.wait_for_function(f"{shown}?.chart?.getOption()?.visualMap?.[0]?.type === 'piecewise'")

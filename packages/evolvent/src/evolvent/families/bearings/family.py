@@ -87,11 +87,10 @@ def _at_rest(mechanism: Any, shares: list[Any], direction: Any, at: Any, rows: l
     others = [share for share in shares if share.family != "bearings"]
     Q = sum((mechanism.force(share, at, direction, still=True) for share in others), np.zeros(mechanism.n_v))
     A = np.vstack([at.G, mechanism.tied(at.J), at.J[rows]])
-    L = np.linalg.cholesky(at.mass)
-    gradients, J = np.linalg.pinv(np.linalg.solve(L, A.T), rcond=_RANK), at.J[bearings["coordinate"]]
+    gradients, J = np.linalg.pinv(at.mass.half(A.T), rcond=_RANK), at.J[bearings["coordinate"]]
     torques = np.zeros(bearings.size)
     for _ in range(_MOST):
-        la = -gradients @ np.linalg.solve(L, Q + (np.sign(rates) * torques) @ J)
+        la = -gradients @ at.mass.half(Q + (np.sign(rates) * torques) @ J)
         before, torques = torques, bearings["static"] * _loads(mechanism, at, la[:n_j])
         if not np.all(np.isfinite(torques)):
             break
