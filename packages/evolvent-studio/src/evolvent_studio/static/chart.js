@@ -55,7 +55,10 @@ export default {
   },
   watch: { options: { handler() { this.draw(); }, deep: false } },
   methods: {
-    legend() { return legendIn(this.$refs.box.clientWidth, this.options.legend || {}); },
+    legend() {
+      const { legend, series } = this.options;
+      return legendIn(this.$refs.box.clientWidth, { data: series.filter(({ name }) => name), ...legend });
+    },
     draw() {
       const dark = document.body.classList.contains("body--dark");
       const palette = dark ? DARK : LIGHT;

@@ -311,7 +311,7 @@ def _reached(run: xr.DataTree, part: str, name: str, times: np.ndarray) -> Row:
 
 
 def _is_exceeded(run: xr.DataTree, part: str, name: str) -> bool:
-    """Whether a part holds a peak over all steps, of a variable or of what is in it, above the samples of the variable."""
+    """Whether a part holds a peak over all steps, of a variable or what is in it, above the samples of the variable."""
     group = variables.group_of(run, part)
     peaks = (group[key] for key in group.data_vars if str(key).endswith(f"{name}_peak"))
     if name not in group:
