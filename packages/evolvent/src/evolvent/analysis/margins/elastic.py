@@ -228,7 +228,8 @@ class Elastic:
                 k = rows[0]
                 raise InputError(
                     f"the elastic parts have no equilibrium that is found beyond {float(at.x[k]):.6g} {one.unit(k)} of "
-                    f"{one.names[k]!r}, with the coordinates held; find by a run what happens there"
+                    f"{one.names[k]!r}, with the coordinates held; where all open at once give `others: together`; "
+                    "a run finds what happens there"
                 )
         return at
 
