@@ -104,9 +104,9 @@ def test_run_to_results_and_play(page, server, folder, shots):
     page.wait_for_selector(f"{part('charts')} canvas")
     assert page.locator(f"{part('main')} >> text=body rate at the end").is_visible()
     page.wait_for_selector(part("play"))
-    page.wait_for_function("document.querySelector('.ev-motion').viewer?.motions.length === 1")
+    page.wait_for_function("document.querySelector('.ev-motion')?.viewer?.motions.length === 1")
     frames(page)
-    now = "document.querySelector('.ev-motion').viewer.now"
+    now = "document.querySelector('.ev-motion')?.viewer.now"
     view = page.locator(f"{part('motion')} canvas")
     page.locator(part("scrub")).evaluate("e => { e.value = 100; e.dispatchEvent(new Event('input')); }")
     frames(page)
@@ -167,7 +167,7 @@ def test_compare_saved_runs(page, shots):
     page.wait_for_selector(f"{part('charts')} canvas")
     text = page.locator(part("main")).inner_text()
     assert re.search(r"spool.rate\s+3.0\srad/s\s+4.0\srad/s", text)
-    page.wait_for_function("document.querySelector('.ev-motion').viewer?.motions.length === 2")
+    page.wait_for_function("document.querySelector('.ev-motion')?.viewer?.motions.length === 2")
     page.screenshot(path=shots / "compare.png")
 
 
@@ -221,15 +221,15 @@ def test_200_nodes_and_1000_frames_move_without_the_server(page, server, folder)
     page.locator("button:has(i:text('refresh')) >> visible=true").click()
     page.locator(".ev-link", has_text="wide.nc").click()
     page.wait_for_selector(f"{part('play')} >> visible=true")
-    page.wait_for_function("document.querySelector('.ev-motion').viewer?.motions[0]?.frames === 1000")
-    assert page.evaluate("document.querySelector('.ev-motion').viewer.motions.map((m) => m.nodes)") == [201]
+    page.wait_for_function("document.querySelector('.ev-motion')?.viewer?.motions[0]?.frames === 1000")
+    assert page.evaluate("document.querySelector('.ev-motion')?.viewer.motions.map((m) => m.nodes)") == [201]
     asked = []
     page.on("request", lambda request: asked.append(request.url))
     page.evaluate("document.querySelector('.ev-motion').viewer.times.length = 0")
     page.click(part("play"))
-    page.wait_for_function("document.querySelector('.ev-motion').viewer.times.length > 40")
+    page.wait_for_function("document.querySelector('.ev-motion')?.viewer.times.length > 40")
     page.click(part("play"))
-    gap, work = np.array(page.evaluate("document.querySelector('.ev-motion').viewer.times")).T
+    gap, work = np.array(page.evaluate("document.querySelector('.ev-motion')?.viewer.times")).T
     told = f"frames every {np.median(gap):.0f} ms, 95 % within {np.percentile(gap, 95):.0f} ms; "
     print(f"{told}{np.median(work):.1f} ms of them here, in software rendering")
     assert not [url for url in asked if "motion" in url]
@@ -456,13 +456,13 @@ def test_no_path_leads_outside(server, folder, path, what):
     assert refusal(f"{server.url}studio/{what}?ref=file:{path}") == 404
 
 
-def test_other_pages_and_other_names_are_refused(server):
+def test_other_pages_and_other_names_are_refused(server, folder):
     for headers, code in (({"Host": "evil.example"}, 421), ({"Origin": "http://evil.example"}, 403)):
         for path in ("", "_nicegui_ws/socket.io/?EIO=4&transport=polling", "studio/run?ref=file:slow.nc"):
             assert refusal(urllib.request.Request(server.url + path, headers=headers)) == code
 
 
-def test_no_other_page_may_show_it_inside_itself(server):
+def test_no_other_page_may_show_it_inside_itself(server, folder):
     for path in ("", "studio/case?ref=file:slow.nc"):
         with urllib.request.urlopen(server.url + path) as answer:
             assert answer.headers["X-Frame-Options"] == "SAMEORIGIN"
