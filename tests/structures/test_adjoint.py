@@ -122,7 +122,7 @@ def test_a_law_of_a_motor_is_refused_by_the_adjoint() -> None:
 
 
 def test_a_key_may_be_changed_to_what_the_first_of_the_variants_has() -> None:
-    """A changed system is told by what it differs in from the first one, of which the derived one is a variant."""
+    """A changed system is given by its differences from the first one, of which the derived one is a variant."""
     settings: dict[str, Any] = {"until": 0.1, "step": 0.01, "method": ALPHA, "mode": "adjoint", "check": False}
     keys = ["m0.mass", "s1.stiffness"]
     first = masses_in_a_row(2).with_values({"m0.mass": 1.0 + CHANGE})

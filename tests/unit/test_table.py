@@ -54,6 +54,22 @@ def test_many_different_rows_are_ranges():
     assert [one.value for one in found.quantities] == [1.0, 6.0, 10.0, 60.0]
 
 
+@pytest.mark.parametrize("latch", [None, 0.0])
+def test_a_largest_sample_below_the_peak_over_all_steps_is_called_that(latch: float | None) -> None:
+    """A slide whose latch acts for some milliseconds, sampled ten times a second; and the same without a latch."""
+    system = System()
+    system.add(parts.RigidBody(mass=1.0, inertia=1.0, position=(1.0, 0.0, 0.0)), "mass")
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="mass", type="prismatic", axis=(1.0, 0.0, 0.0)), "slide")
+    keys = {} if latch is None else {"latch": latch, "latch_stiffness": 1e6, "latch_damping": 500.0}
+    system.add(parts.JointSpring(joint="slide", stiffness=10.0, start=1.0, rest=-0.2, **keys), "spring")
+    run = system.simulate(until=1.0, every=0.1)
+    (found,) = [one for one in table.numbers(run) if one.label == "spring.force"]
+    assert ("largest of the samples" in found.value) is (latch is not None)
+    if latch is not None:
+        largest = next(one.value for one in found.quantities if one.what == "largest of the samples")
+        assert abs(largest) < float(run["spring"].latch_force_peak[-1])
+
+
 def test_changes_and_one_way_forces_are_events():
     t, found = np.arange(6.0), Observed()
     found.scalar("tension", np.array([0.0, 2.0, 1.0, 1e-9, 0.0, 1.0]), "N", "tension")

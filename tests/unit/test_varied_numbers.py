@@ -1,4 +1,4 @@
-"""Keys of many copies that are looked at together: columns of numbers, and the bits of single runs."""
+"""Keys of many copies that are evaluated together: columns of numbers, and the bits of single runs."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def check_blocks(batch: Any, system: System, values: dict[str, np.ndarray], meth
     ids=["implicit", "explicit", "its own step"],
 )
 def test_copies_are_bit_by_bit_those_of_single_runs(method: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    """One key after another, all of them looked at together."""
+    """One key after another, all of them evaluated together."""
     system, method, seen = rod(), {"until": 0.01, **method}, list[bool]()
     before = VariedNumbers.together
 
@@ -108,7 +108,7 @@ def test_a_side_that_is_once_the_shorter_one(key: str) -> None:
 
 @pytest.mark.parametrize("hidden", ["comparison", "float"])
 def test_a_part_that_does_something_else_between_two_values(monkeypatch: pytest.MonkeyPatch, hidden: str) -> None:
-    """Whose copies are looked at one by one then."""
+    """Whose copies are evaluated one by one then."""
     before = parts.Rod.write
 
     def write(self: Any, builder: Builder, name: str) -> None:

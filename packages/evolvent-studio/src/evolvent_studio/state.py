@@ -354,8 +354,11 @@ class Studio:
 
     def has_report(self, ref: str) -> bool:
         """Whether there is a page with the results of a job or a folder."""
+        return self._report(ref) is not None
+
+    def _report(self, ref: str) -> pathlib.Path | None:
         kind, _, key = ref.partition(":")
-        return (self.jobs.report(key) if kind == "job" else self.folder.report(key)) is not None
+        return self.jobs.report(key) if kind == "job" else self.folder.report(key) if kind == "file" else None
 
     def report(self, ref: str) -> pathlib.Path:
         """The page with the results of a job, "job:KEY", or of a dispersion in a folder, "file:NAME".
@@ -365,8 +368,7 @@ class Studio:
         InputError
             If there is none.
         """
-        kind, _, key = ref.partition(":")
-        path = self.jobs.report(key) if kind == "job" else self.folder.report(key) if kind == "file" else None
+        path = self._report(ref)
         if path is None:
             raise InputError(f"{ref!r:.200} has no page with results")
         return self.folder.file(self.folder.name(path))

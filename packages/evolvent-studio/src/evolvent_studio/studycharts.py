@@ -144,24 +144,24 @@ def label(variable: xr.DataArray) -> str:
 
 def title(variable: xr.DataArray) -> str:
     """Name, unit and what a result is."""
-    head, what = _told(variable)
+    head, what = _described(variable)
     return f"{label(variable)}: {what or head}" if head not in ("", variable.name) else label(variable)
 
 
-def _told(variable: xr.DataArray) -> tuple[str, str]:
+def _described(variable: xr.DataArray) -> tuple[str, str]:
     """Name in a run of what a result is made of, such as "hinge 1.torque", and what it is; '', '' of none.
 
     Of a result of a built-in system what it is stands first, and the second text is empty.
     """
-    told = str(variable.attrs.get("long_name", ""))
-    head, _, what = told.partition(": ")
+    long_name = str(variable.attrs.get("long_name", ""))
+    head, _, what = long_name.partition(": ")
     made = what and str(variable.name).startswith(re.sub(r"\W", "_", head))
-    return (head, what) if made else (told, "")
+    return (head, what) if made else (long_name, "")
 
 
 def _asked_name(variable: xr.DataArray) -> str:
     """Name of a result as it was asked for, such as "hinge 1.torque.abs_max"; a key has its own."""
-    name, (head, what) = str(variable.name), _told(variable)
+    name, (head, what) = str(variable.name), _described(variable)
     if not what:
         return name if "." in name else name.replace("_", " ")
     rest = name[len(head) :].removeprefix("_")

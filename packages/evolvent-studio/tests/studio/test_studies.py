@@ -248,7 +248,7 @@ def test_the_first_result_shown_is_the_one_that_varies_most(study):
 
 
 @pytest.mark.parametrize(
-    ("name", "told", "axis", "title"),
+    ("name", "long_name", "axis", "title"),
     [
         ("hinge_1_torque_abs_max", "hinge 1.torque: torque of the joint, largest magnitude",
          "hinge 1.torque.abs_max [N m]", "hinge 1.torque.abs_max [N m]: torque of the joint, largest magnitude"),
@@ -259,8 +259,8 @@ def test_the_first_result_shown_is_the_one_that_varies_most(study):
         ("tip_lag", "", "tip lag [N m]", "tip lag [N m]"),
     ],
 )  # fmt: skip
-def test_results_are_called_as_they_were_asked_for(name, told, axis, title):
-    variable = xr.DataArray(1.0, name=name, attrs={"units": "N m", "long_name": told})
+def test_results_are_called_as_they_were_asked_for(name, long_name, axis, title):
+    variable = xr.DataArray(1.0, name=name, attrs={"units": "N m", "long_name": long_name})
     assert (studycharts.label(variable), studycharts.title(variable)) == (axis, title)
 
 

@@ -43,7 +43,7 @@ class BatchParameters:
         self._plain: dict[str, tuple[Place, ...]] = {}
         self._own: dict[tuple[str, str], Array] = {}
         self._fields: dict[Place, Array] = {}
-        self._rows: dict[Place, Array] = {}  # of keys that are looked at together, where others write none of their own
+        self._rows: dict[Place, Array] = {}  # of keys that are evaluated together, where others write none of their own
         self._parts: dict[int, Mapping[str, Any]] = {}
         self.planned = set[int]()
 

@@ -17,7 +17,7 @@ from evolvent_base.errors import InputError
 Array = np.ndarray
 #: Part, and the names of the fields that lead from it to a number.
 Leaf = tuple[str, tuple[str, ...]]
-#: Points fewer than which had better be looked at one by one.
+#: Fewest points that are evaluated together.
 LEAST = 4
 
 

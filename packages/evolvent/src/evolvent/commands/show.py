@@ -72,12 +72,12 @@ def list_parts(kind: str | None) -> None:
     if kind is None:
         _say_unusable(registry.unusable().values())
         heads = {name: inspect.cleandoc(one.__doc__ or "").splitlines()[0] for name, one in registry.kinds().items()}
-        print_rows([(name, _told(head, words)) for name, head in heads.items()])
+        print_rows([(name, _worded(head, words)) for name, head in heads.items()])
         return
     part = registry.kinds().get(kind)
     if part is None:
         raise InputError(f"no part is of the kind {kind!r}; {registry.not_known(kind)}")
-    say(_told(inspect.cleandoc(part.__doc__ or "").splitlines()[0], words))
+    say(_worded(inspect.cleandoc(part.__doc__ or "").splitlines()[0], words))
     print_rows(_rows_of_keys(part, words))
 
 
@@ -95,12 +95,12 @@ def _rows_of_keys(part: type[Part], words: Mapping[str, str]) -> list[tuple[str,
             value = ", required"
         else:
             value = "" if default in (None, (), {}, "") else f" = {_written(default)}"
-        text = " ".join(filter(None, [_told(texts[name], words), _choices(field.annotation, own)]))
+        text = " ".join(filter(None, [_worded(texts[name], words), _choices(field.annotation, own)]))
         found.setdefault((f"{unit}{value}", text), []).append(name)
     return [(f"{', '.join(names)}{after}", text) for (after, text), names in found.items()]
 
 
-def _told(text: str, words: Mapping[str, str]) -> str:
+def _worded(text: str, words: Mapping[str, str]) -> str:
     """The text of a key as it is printed: kinds in place of classes, no marks of code, the point of a sentence."""
     plain = re.sub(r"`(\w+)`", lambda match: words.get(match[1], match[0]), text.replace("``", ""))
     return plain if not plain or plain[-1] in ".:" else f"{plain}."

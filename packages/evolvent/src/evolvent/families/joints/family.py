@@ -19,9 +19,6 @@ from evolvent.model.shares import Shares
 Array = np.ndarray
 _3 = (3,)
 
-#: Share of its largest tension by which a cord may push before a run warns: penalties ring after every change.
-PUSH, PUSH_OF_PENALTIES = 1e-6, 0.05
-
 
 def _is_gear(found: Array) -> Array:
     return np.asarray(found["kind"] == joint.GEAR)
@@ -45,12 +42,12 @@ def _turns(found: Array) -> Array:
     return np.asarray(directions | ((found["kind"] == joint.ALONG) & (found["on"][:, 0] == sides.ON_NODE)))
 
 
-def _tensions(solution: Any) -> Iterator[tuple[int, Array, float, float]]:
+def _tensions(solution: Any) -> Iterator[tuple[int, Array, float, bool]]:
     """Tensions of cords over pulleys and on drums, which rods that hold a distance do not have (`Notes.tensions`)."""
     joints = solution.assembly.model.joints
     for k in np.flatnonzero(np.isin(joints["kind"], (gaps.PULLEY, gaps.CORD))).tolist():
         tension = solution.la[:, k]
-        yield k, tension, float(tension.max()), PUSH_OF_PENALTIES if joints["stiffness"][k] > 0.0 else PUSH
+        yield k, tension, float(tension.max()), joints["stiffness"][k] > 0.0
 
 
 def _is_held(found: Array) -> Array:

@@ -14,10 +14,6 @@ from evolvent.kernels.markers import ON_BODY
 #: Share of the weights on threads, lifted by the longest, beside which a gain of energy counts.
 _LIFTED = 1e-2
 
-#: Share of a thread's largest tension by which it may push before a run warns: springs ring after every release, and
-#: segments of fixed length do not.
-PUSH_OF_SPRINGS, PUSH_OF_FIXED_LENGTHS = 0.05, 1e-6
-
 
 def lifted(model: Any) -> float:
     """Energy whose round-off steps do not resolve, J (`Energies.round_off`).
@@ -70,10 +66,9 @@ def unsteady(model: Any, orbits: bool) -> Iterator[tuple[int, str]]:
         yield p, f"{flows}; leave out rotating, or its `take_up`"
 
 
-def tensions(solution: Any) -> Iterator[tuple[int, np.ndarray, float, float]]:
+def tensions(solution: Any) -> Iterator[tuple[int, np.ndarray, float, bool]]:
     """Tensions of threads (`Notes.tensions`); those of nodes on their spools are zero."""
     for index, row in enumerate(solution.assembly.model.threads):
         first = int(row["node"])
         tension = solution.observations.tension[:, first : first + int(row["n"])]
-        allowed = PUSH_OF_SPRINGS if row["kind"] in (thread.SPRINGS, thread.MOVING) else PUSH_OF_FIXED_LENGTHS
-        yield index, tension.min(axis=1), float(tension.max()), allowed
+        yield index, tension.min(axis=1), float(tension.max()), row["kind"] in (thread.SPRINGS, thread.MOVING)

@@ -17,13 +17,13 @@ class Notes:
     ----------
     limits : function of a solution to sentences on where its states leave the range in which its records hold
     tensions : function of a solution to its records that can only pull: index, tension of each sample (N, the least of
-        several) and its largest, and the share of that by which they may push before the run warns
+        several) and its largest, and whether it is that of a spring, which rings
     passages : function of the model to records whose force has lost its direction in a run: time, s, and what happened
     hint : function of the model and a state to records that may be why a run fails, and a half sentence on each, in
         which `{name}` stands for the part
     """
 
     limits: Callable[[Any], Iterator[str]] | None = None
-    tensions: Callable[[Any], Iterator[tuple[int, Array, float, float]]] | None = None
+    tensions: Callable[[Any], Iterator[tuple[int, Array, float, bool]]] | None = None
     passages: Callable[[Any], Iterator[tuple[int, float, str]]] | None = None
     hint: Callable[[Any, Array], Iterator[tuple[int, str]]] | None = None

@@ -11,6 +11,10 @@ from evolvent.assembly.families import owner
 from evolvent.model.registry import asked
 from evolvent.solvers.common.solution import Solution
 
+#: Share of the largest tension by which what only pulls may push before a run warns: springs ring after every release,
+#: and what keeps its length does not.
+PUSH_OF_SPRINGS, PUSH_OF_FIXED_LENGTHS = 0.05, 1e-6
+
 
 def limitations(solution: Solution) -> list[str]:
     """Sentences on what the states of a solution are beyond, each with the part, the time, the value and what helps."""
@@ -29,11 +33,12 @@ def limitation_of(solution: Solution) -> str:
 def pushing(solution: Solution, share: float | None = None) -> str:
     """A sentence on threads and cords that push in a run by more than a share of their largest tension; '' for none.
 
-    By default the share is that of the family (`Notes.tensions`).
+    By default the share is `PUSH_OF_SPRINGS` or, of what keeps its length, `PUSH_OF_FIXED_LENGTHS`.
     """
     found = []
     for family, tensions in asked("notes.tensions").items() if solution.t.size else ():
-        for index, tension, largest, allowed in tensions(solution):
+        for index, tension, largest, springs in tensions(solution):
+            allowed = PUSH_OF_SPRINGS if springs else PUSH_OF_FIXED_LENGTHS
             least = -(allowed if share is None else share) * max(largest, 0.0) - 1e-9
             if count := int(np.sum(tension < least)):
                 at = int(np.argmin(tension))
