@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 
 from elements import helpers
 from elements.helpers import CHANGES, WORK, difference, points, rotation_by, skew, turn
+from evolvent import System, parts
 from evolvent.elements import (
     Form,
     Material,
@@ -21,8 +22,10 @@ from evolvent.elements import (
     cable_stretch_parts,
     straight_cable,
 )
+from evolvent.equations import implicit
 from evolvent.families.beams import cable
-from evolvent.kernels.ancf import STATE
+from evolvent.kernels.ancf import ROW, STATE
+from evolvent.model.powers import N_POWERS
 from evolvent_base.errors import InputError
 
 LENGTH, B_TIME = 1.3, 0.4
@@ -240,3 +243,28 @@ def test_stiffness_of_an_element_on_a_hub(book):
 def test_a_length_that_cannot_be_is_refused(make):
     with pytest.raises(InputError, match=re.escape("length of an element is 0.0; it must be above 0")):
         make(0.0, BAR, MATERIAL)
+
+
+def test_elements_in_a_row_have_the_forces_of_single_ones(rng):
+    """More elements than are evaluated together, one of them damped, and a second beam."""
+    system = System(gravity=(0.0, -9.81, 0.0))
+    for name, count, damping in (("long", ROW + 6, 0.1), ("short", 1, 0.0)):
+        system.add(
+            parts.Beam(
+                length=count * LENGTH, section=BAR, material=MATERIAL, elements=count, formulation="cable_stretch",
+                stiffness_damping=damping, damped=(3,) if damping else None,
+            ),
+            name,
+        )  # fmt: skip
+    assembly = system.assemble()
+    model = assembly.model.copy()
+    y, a = assembly.y + rng.normal(0.0, 0.1, assembly.y.size), rng.normal(size=model.info.nv)
+    found = []
+    for _ in range(2):
+        r, powers, energies = np.zeros(model.info.nv), np.zeros(N_POWERS), np.zeros(3)
+        implicit.residual(0.0, y, a, np.zeros(0), 0.0, 1.0, model, r, powers)
+        implicit.energies(0.0, y, model, energies)
+        found.append((r, powers, energies))
+        model.elements["forces"] = model.elements["energies"] = 0
+    for together, alone in zip(*found, strict=True):
+        assert_allclose(together, alone, rtol=0.0, atol=1e-13 * np.abs(alone).max())

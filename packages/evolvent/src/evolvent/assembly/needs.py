@@ -102,8 +102,8 @@ def needed(model: Model, roots: tuple[Any, ...], without: frozenset[str]) -> lis
             (*roots, *(one for table in tables for one in lookups.at_slots(getattr(model, table)))), without
         )
     for name, callers in asked("parts.calls").items():
-        fields = [field for caller, field in callers.items() if caller in found]
-        found = (*found, *(one for field in fields for one in lookups.at_slots(getattr(model, name)[field])))
+        slots = [getattr(model, name)[field] for caller, field in callers.items() if caller in found]
+        found = (*found, *(one for own in slots for one in lookups.at_slots(own[own != 0])))
     return [*found]
 
 

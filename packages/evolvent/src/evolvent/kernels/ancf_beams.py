@@ -10,8 +10,8 @@ from numba import types, void
 
 from evolvent.algebra.linalg import banded_solve_vectors
 from evolvent.algebra.sparse import SPARSE, add_block
-from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
-from evolvent.compiled.lookups import element_energy_at, element_force_at, element_tangent_at
+from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect, inlined
+from evolvent.compiled.lookups import by_slot, element_energy_at, element_force_at, element_tangent_at
 from evolvent.kernels import ancf
 from evolvent.kernels.ancf import INTERVAL
 from evolvent.kernels.rotations import cross
@@ -22,6 +22,11 @@ USED_FOR = "elements"
 CABLE, BEAM = 0, 1
 #: Vectors of a node: position and slope; position and three slopes.
 NODE_VECTORS = (2, 4)
+_I = types.int64
+#: Signatures of functions of elements in a row that have the same constants.
+ROW_FORCES = void(VECTOR, VECTOR, REAL, _I, MATRIX, VECTOR, MATRIX, VECTOR, VECTOR)
+ROW_ENERGIES = void(VECTOR, VECTOR, _I, MATRIX, VECTOR, MATRIX, VECTOR, MATRIX, VECTOR, VECTOR)
+_forces_at, _energies_at = by_slot(ROW_FORCES), by_slot(ROW_ENERGIES)
 
 
 @inlined
@@ -45,6 +50,56 @@ def _add_inertia(M, n, alpha, x, u, f):
     return power
 
 
+@inlined
+def _row_length(elements, first, last):
+    """Number of elements from `first` on, and before `last`, that have the same constants and nodes in a row."""
+    n, own = 1, elements[first]
+    size = elements[first + 1].iq - own.iq if first + 1 < last else 0
+    while n < ancf.ROW and first + n < last:
+        other = elements[first + n]
+        if other.form != own.form or other.mass != own.mass or other.bending != own.bending or other.beam != own.beam:
+            return n
+        if other.forces != own.forces or other.iq != own.iq + n * size:
+            return n
+        n += 1
+    return n
+
+
+@inlined
+def _elastic_length(elements, first, n):
+    """Number of elements from `first` on, of n, without damping."""
+    for k in range(first, first + n):
+        if elements[k].alpha != 0.0 or elements[k].beta != 0.0:
+            return k - first
+    return n
+
+
+@indirect(void(VECTOR, VECTOR, REAL, _I, _I, MODEL, VECTOR))
+def add_row(y, a, scale, first, n, model, F):
+    """Forces and inertia of n elastic elements in a row, as `add_elements` at a state."""
+    row, n_q = model.elements[first], model.info.nq
+    size = 3 * NODE_VECTORS[model.beams[row.beam].kind] * (n + 1)
+    iq, at = row.iq, row.iv - n_q
+    _forces_at(model, row.forces)(
+        y[iq : iq + size], a[at : at + size], scale, n, model.H[row.form], model.h[row.form], model.M[row.mass],
+        model.work, F[at : at + size],
+    )  # fmt: skip
+
+
+@indirect(void(VECTOR, _I, _I, MODEL, VECTOR))
+def add_row_energies(y, first, n, model, out):
+    """Energies of n elements in a row, as `beam_energies`."""
+    row = model.elements[first]
+    form, bending = row.form, row.bending
+    size = 3 * NODE_VECTORS[model.beams[row.beam].kind] * (n + 1)
+    out[1] += n * model.U0[form]
+    out[2] += n * model.U0[bending]
+    _energies_at(model, row.energies)(
+        y[row.iq : row.iq + size], y[row.iv : row.iv + size], n, model.H[form], model.h[form], model.H[bending],
+        model.h[bending], model.M[row.mass], model.work, out,
+    )  # fmt: skip
+
+
 @indirect(types.UniTuple(REAL, 2)(VECTOR, VECTOR, REAL, INTERVAL, MODEL, VECTOR))
 def add_elements(y, a, scale, interval, model, F):
     """Internal, damping and inertia forces of all elements into F; returns powers dissipated (mass, stiffness), W.
@@ -58,7 +113,14 @@ def add_elements(y, a, scale, interval, model, F):
     n_q = model.info.nq
     beams, elements, work = model.beams, model.elements, model.work
     by_mass = by_stiffness = 0.0
-    for k in range(elements.size):
+    k, is_state = 0, interval[0] == 0.0 and interval[2] == 0.0
+    while k < elements.size:
+        if is_state and elements[k].forces != 0:
+            n = _elastic_length(elements, k, _row_length(elements, k, elements.size))
+            if n > 0:
+                add_row(y, a, scale, k, n, model, F)
+                k += n
+                continue
         iq, iv, beam, mass, form = elements[k].iq, elements[k].iv, elements[k].beam, elements[k].mass, elements[k].form
         alpha, at, force = elements[k].alpha, iv - n_q, element_force_at(model, elements[k].force)
         n = 6 * NODE_VECTORS[beams[beam].kind]
@@ -68,6 +130,7 @@ def add_elements(y, a, scale, interval, model, F):
         by_mass += _add_inertia(model.M[mass], n // 3, alpha, x, u, f)
         H, h, B = model.H[form], model.h[form], model.B[form]
         by_stiffness += force(e, u, interval, elements[k].beta, H, h, B, changes, work, f)
+        k += 1
     return by_mass, by_stiffness
 
 
@@ -101,12 +164,17 @@ def add_element_tangents(y, c_mass, c_rate, interval, model, matrix):
         add_with_mass(matrix, at, n, K, factor, M)
 
 
-@indirect(void(VECTOR, types.int64, types.int64, MODEL, VECTOR))
+@indirect(void(VECTOR, _I, _I, MODEL, VECTOR))
 def beam_energies(y, first, last, model, out):
     """out : (3,) += kinetic and elastic energy, and that of bending alone, J, of elements `first` to `last`."""
-    beams, elements, work = model.beams, model.elements, model.work
-    for k in range(first, last):
+    beams, elements, work, k = model.beams, model.elements, model.work, first
+    while k < last:
         row = elements[k]
+        if row.energies != 0:
+            n = _row_length(elements, k, last)
+            add_row_energies(y, k, n, model, out)
+            k += n
+            continue
         iq, iv, mass, form, bending = row.iq, row.iv, row.mass, row.form, row.bending
         energy = element_energy_at(model, row.energy)
         n = 6 * NODE_VECTORS[beams[row.beam].kind]
@@ -114,9 +182,10 @@ def beam_energies(y, first, last, model, out):
         out[0] += ancf.kinetic_energy(model.M[mass], u)
         out[1] += energy(e, model.H[form], model.h[form], model.U0[form], work)
         out[2] += energy(e, model.H[bending], model.h[bending], model.U0[bending], work)
+        k += 1
 
 
-@indirect(void(VECTOR, types.int64, types.int64, MODEL, VECTOR, VECTOR))
+@indirect(void(VECTOR, _I, _I, MODEL, VECTOR, VECTOR))
 def beam_momenta(y, first, last, model, P, H):
     """Linear and angular momentum P and H about the inertial origin, (3,), of elements `first` to `last`, added."""
     beams, elements = model.beams, model.elements

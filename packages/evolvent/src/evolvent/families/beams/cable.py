@@ -22,8 +22,9 @@ direction q/|q| defined near the straight shape; it belongs to an element bent b
 import math
 
 from evolvent.compiled.jit import inlined
+from evolvent.compiled.views import matrix_view
 from evolvent.kernels import ancf
-from evolvent.kernels.ancf import nodal_vectors
+from evolvent.kernels.ancf import ROW
 from evolvent.kernels.rotations import dot
 
 #: Vectors and products of the cable.
@@ -158,9 +159,10 @@ def _derivative(H, p, first, v):
 
 
 @inlined
-def _vectors(e):
-    """As `ancf.nodal_vectors`, as tuples."""
-    return (e[3], e[4], e[5]), (e[6] - e[0], e[7] - e[1], e[8] - e[2]), (e[9], e[10], e[11])
+def _vectors(e, i):
+    """As `ancf.nodal_vectors` of the coordinates from index i on, as tuples."""
+    d = (e[i + 6] - e[i], e[i + 7] - e[i + 1], e[i + 8] - e[i + 2])
+    return (e[i + 3], e[i + 4], e[i + 5]), d, (e[i + 9], e[i + 10], e[i + 11])
 
 
 @inlined
@@ -194,11 +196,15 @@ def stretch_energy(e, H, h, U0, work):
     the tangent per length without stress, so that N = EA (|r,x| - 1) and M = EI k whatever the stretch (Gerstmayr &
     Irschik 2008). An element that spans 2 rad of a circle is 1.6 % too stiff; more points would lock it.
     """
-    v = work[:9]
-    nodal_vectors(e, 3, v)
-    U = U0
+    return U0 + _strain_energy(_vectors(e, 0), H, h)
+
+
+@inlined
+def _strain_energy(v, H, h):
+    """`stretch_energy` by the vectors of the element."""
+    U = 0.0
     for p in range(3):
-        a, q = _derivative(H, p, 0, v), _derivative(H, p, 3, v)
+        a, q = _combined(H[p, 0], H[p, 1], H[p, 2], v), _combined(H[p, 3], H[p, 4], H[p, 5], v)
         aa = dot(a, a)
         strain = math.sqrt(aa) - h[p]
         x, y, z = a[1] * q[2] - a[2] * q[1], a[2] * q[0] - a[0] * q[2], a[0] * q[1] - a[1] * q[0]
@@ -263,11 +269,18 @@ def _stressed_between(H, hh, p, b, interval, changes, v, w):
 
 
 @inlined
-def _add_stress(H, p, a, q, on_a, both, on_q, f):
-    """Add the force of point p."""
+def _nodal_forces(H, p, a, q, on_a, both, on_q):
+    """Force of point p on the vectors r_p,x, r_q - r_p and r_q,x."""
     x = _plane(H[p, 0] * on_a + H[p, 3] * both, a, H[p, 0] * both + H[p, 3] * on_q, q)
     d = _plane(H[p, 1] * on_a + H[p, 4] * both, a, H[p, 1] * both + H[p, 4] * on_q, q)
     z = _plane(H[p, 2] * on_a + H[p, 5] * both, a, H[p, 2] * both + H[p, 5] * on_q, q)
+    return x, d, z
+
+
+@inlined
+def _add_stress(H, p, a, q, on_a, both, on_q, f):
+    """Add the force of point p."""
+    x, d, z = _nodal_forces(H, p, a, q, on_a, both, on_q)
     f[0], f[1], f[2] = f[0] - d[0], f[1] - d[1], f[2] - d[2]
     f[3], f[4], f[5] = f[3] + x[0], f[4] + x[1], f[5] + x[2]
     f[6], f[7], f[8] = f[6] + d[0], f[7] + d[1], f[8] + d[2]
@@ -291,7 +304,7 @@ def stretch_force(e, u, interval, b, H, h, B, changes, work, f):
     a = r,x and q = r,xx, the derivative of 1/2 EI k^2 to a is
     EI/(a.a)^2 ((2 (a.q)^2/a.a - q.q) a - a.q q), and to q it is EI/(a.a)^2 (a.a q - a.q a).
     """
-    v, w = _vectors(e), _vectors(u)
+    v, w = _vectors(e, 0), _vectors(u, 0)
     if interval[0] != 0.0:
         power = 0.0
         for p in range(3):
@@ -310,6 +323,98 @@ def stretch_force(e, u, interval, b, H, h, B, changes, work, f):
 
 
 @inlined
+def _mass_times(M, i, a, b, c, d):
+    """Row i of a mass matrix times four vectors."""
+    m0, m1, m2, m3 = M[i, 0], M[i, 1], M[i, 2], M[i, 3]
+    x = m0 * a[0] + m1 * b[0] + m2 * c[0] + m3 * d[0]
+    y = m0 * a[1] + m1 * b[1] + m2 * c[1] + m3 * d[1]
+    z = m0 * a[2] + m1 * b[2] + m2 * c[2] + m3 * d[2]
+    return x, y, z
+
+
+@inlined
+def stretch_forces(y, a, scale, n, H, h, M, work, F):
+    """F += forces and inertia of n alike elements in a row, elastic and at a state, as of `stretch_force`.
+
+    Parameters
+    ----------
+    y, a, F : (6 n + 6,) float, coordinates of the nodes, accelerations times 1/`scale`, and forces
+    n : int, at most `ROW`
+    M : (4, 4) float, kg and so on, mass matrix of each
+
+    Notes
+    -----
+    The first loop has no branch and writes number c of all elements side by side, so that it takes several elements at
+    a time; each has the operations of a single one.
+    """
+    for k in range(n):
+        i = 6 * k
+        v = _vectors(y, i)
+        a0, q0, on_a0, both0, on_q0, _ = _stressed(H, h, 0, 0.0, v, v)
+        a1, q1, on_a1, both1, on_q1, _ = _stressed(H, h, 1, 0.0, v, v)
+        a2, q2, on_a2, both2, on_q2, _ = _stressed(H, h, 2, 0.0, v, v)
+        x0, d0, z0 = _nodal_forces(H, 0, a0, q0, on_a0, both0, on_q0)
+        x1, d1, z1 = _nodal_forces(H, 1, a1, q1, on_a1, both1, on_q1)
+        x2, d2, z2 = _nodal_forces(H, 2, a2, q2, on_a2, both2, on_q2)
+        b0 = (scale * a[i], scale * a[i + 1], scale * a[i + 2])
+        b1 = (scale * a[i + 3], scale * a[i + 4], scale * a[i + 5])
+        b2 = (scale * a[i + 6], scale * a[i + 7], scale * a[i + 8])
+        b3 = (scale * a[i + 9], scale * a[i + 10], scale * a[i + 11])
+        m = _mass_times(M, 0, b0, b1, b2, b3)
+        work[k] = m[0] - d0[0] - d1[0] - d2[0]
+        work[ROW + k] = m[1] - d0[1] - d1[1] - d2[1]
+        work[2 * ROW + k] = m[2] - d0[2] - d1[2] - d2[2]
+        m = _mass_times(M, 1, b0, b1, b2, b3)
+        work[3 * ROW + k] = m[0] + x0[0] + x1[0] + x2[0]
+        work[4 * ROW + k] = m[1] + x0[1] + x1[1] + x2[1]
+        work[5 * ROW + k] = m[2] + x0[2] + x1[2] + x2[2]
+        m = _mass_times(M, 2, b0, b1, b2, b3)
+        work[6 * ROW + k] = m[0] + d0[0] + d1[0] + d2[0]
+        work[7 * ROW + k] = m[1] + d0[1] + d1[1] + d2[1]
+        work[8 * ROW + k] = m[2] + d0[2] + d1[2] + d2[2]
+        m = _mass_times(M, 3, b0, b1, b2, b3)
+        work[9 * ROW + k] = m[0] + z0[0] + z1[0] + z2[0]
+        work[10 * ROW + k] = m[1] + z0[1] + z1[1] + z2[1]
+        work[11 * ROW + k] = m[2] + z0[2] + z1[2] + z2[2]
+    for c in range(6):
+        F[c] += work[c * ROW]
+        F[6 * n + c] += work[(6 + c) * ROW + n - 1]
+    for k in range(1, n):
+        for c in range(6):
+            F[6 * k + c] += work[c * ROW + k] + work[(6 + c) * ROW + k - 1]
+
+
+@inlined
+def _square(M, a, b, c, d):
+    """Sum over the components of four vectors of x^T M x, M (4, 4) symmetric."""
+    x = M[0, 0] * dot(a, a) + M[1, 1] * dot(b, b) + M[2, 2] * dot(c, c) + M[3, 3] * dot(d, d)
+    y = M[0, 1] * dot(a, b) + M[0, 2] * dot(a, c) + M[0, 3] * dot(a, d)
+    return x + 2.0 * (y + M[1, 2] * dot(b, c) + M[1, 3] * dot(b, d) + M[2, 3] * dot(c, d))
+
+
+@inlined
+def stretch_energies(y, u, n, H, h, bending_H, bending_h, M, work, out):
+    """out : (3,) += kinetic and strain energy, and that of bending alone, of n alike elements as in `stretch_forces`.
+
+    Parameters
+    ----------
+    y, u : (6 n + 6,) float, coordinates of the nodes and their rates
+    bending_H, bending_h : as of `stretch_energy`, of the form of bending alone
+    """
+    for k in range(n):
+        i = 6 * k
+        v = _vectors(y, i)
+        a, b = (u[i], u[i + 1], u[i + 2]), (u[i + 3], u[i + 4], u[i + 5])
+        c, d = (u[i + 6], u[i + 7], u[i + 8]), (u[i + 9], u[i + 10], u[i + 11])
+        work[k] = 0.5 * _square(M, a, b, c, d)
+        work[ROW + k] = _strain_energy(v, H, h)
+        work[2 * ROW + k] = _strain_energy(v, bending_H, bending_h)
+    for c in range(3):
+        for k in range(n):
+            out[c] += work[c * ROW + k]
+
+
+@inlined
 def stretch_tangent(e, u, interval, b, c, H, h, B, changes, work, K):
     """K : (12, 12), of `stretch_force` as `ancf.tangent_of`; the bending over a step is that of its mean shape.
 
@@ -322,10 +427,7 @@ def stretch_tangent(e, u, interval, b, c, H, h, B, changes, work, K):
     - to a and q: -a.q I + 4 z a a^T - 2 a q^T - q a^T;
     - to q and q: a.a I - a a^T.
     """
-    v, w, chi = _vectors(e), _vectors(u), interval[1]
-    for i in range(3, 12):
-        for j in range(3, 12):
-            K[i, j] = 0.0
+    v, w, chi = _vectors(e, 0), _vectors(u, 0), interval[1]
     for p in range(3):
         EA = H[3, p]
         if interval[0] != 0.0:
@@ -342,37 +444,47 @@ def stretch_tangent(e, u, interval, b, c, H, h, B, changes, work, K):
             N = EA * (stretch - h[p] + b * grows)
             square = (EA * (1.0 + b * c) - (N + b * EA * grows) / stretch) / aa
             pull, right = N / stretch, _plane(square, a, b * EA / aa, rate)
-        add_stretch_tangent(H, p, a, q, pull, right, K)
-    fill_first_position(K)
+        write_stretch_columns(H, p, a, q, pull, right, matrix_view(work, 72 * p, 6, 12))
+    write_stretch_tangent(H, work, K)
     add_bending_losses_tangent(e, u, interval, b, c, B, K)
 
 
 @inlined
-def add_stretch_tangent(H, p, a, q, pull, right, K):
-    """Tangent of point p by its vectors a and q: bending (`stretch_tangent`), and pull I + a right^T to a."""
+def write_stretch_columns(H, p, a, q, pull, right, T):
+    """Derivatives of the force of point p on a and on q by the coordinates; T : (6, 12), rows of a first.
+
+    Bending is as of `stretch_tangent`; pull I + a right^T is added to the derivative of the force on a by a.
+    """
     aa, aq, qq = dot(a, a), dot(a, q), dot(q, q)
     EI, z = H[3, 3 + p] / (aa * aa), aq / aa
     one, square = pull + EI * (2.0 * z * aq - qq), EI * (4.0 * qq / aa - 12.0 * z * z)
-    S = (H[p, 0], H[p, 1], H[p, 2], H[p, 3], H[p, 4], H[p, 5])
-    for i in range(3):
-        for j in range(3):
-            ss, sk, ks, kk = S[i] * S[j], S[i] * S[3 + j], S[3 + i] * S[j], S[3 + i] * S[3 + j]
-            unit = ss * one - EI * ((sk + ks) * aq - kk * aa)
-            by_aa = ss * square + EI * (4.0 * z * (sk + ks) - kk)
-            by_aq, by_qa = EI * (4.0 * z * ss - 2.0 * sk - ks), EI * (4.0 * z * ss - sk - 2.0 * ks)
-            for r in range(3):
-                x, y, d = by_aa * a[r] + by_qa * q[r], by_aq * a[r] - EI * ss * q[r], ss * a[r]
-                for s in range(3):
-                    K[3 * i + 3 + r, 3 * j + 3 + s] += x * a[s] + y * q[s] + d * right[s]
-                K[3 * i + 3 + r, 3 * j + 3 + r] += unit
+    zz, mixed = 4.0 * EI * z, -EI * aq
+    for r in range(3):
+        x, y = square * a[r] + zz * q[r], zz * a[r] - EI * q[r]
+        u, w, d = zz * a[r] - EI * q[r], -2.0 * EI * a[r], -EI * a[r]
+        e, f = zz * a[r] - 2.0 * EI * q[r], -EI * a[r]
+        for s in range(3):
+            by_aa, by_aq = x * a[s] + y * q[s] + a[r] * right[s], u * a[s] + w * q[s]
+            by_qa, by_qq = e * a[s] + f * q[s], d * a[s]
+            if r == s:
+                by_aa, by_aq, by_qa, by_qq = by_aa + one, by_aq + mixed, by_qa + mixed, by_qq + EI * aa
+            for j in range(3):
+                i, k = H[p, j], H[p, 3 + j]
+                T[r, 3 + 3 * j + s] = i * by_aa + k * by_aq
+                T[3 + r, 3 + 3 * j + s] = i * by_qa + k * by_qq
+            T[r, s], T[3 + r, s] = -T[r, 6 + s], -T[3 + r, 6 + s]
 
 
 @inlined
-def fill_first_position(K):
-    """Rows and columns of the first node's position in K, of those of the vectors without it."""
-    for k in range(3):
-        for j in range(3, 12):
-            K[k, j] = -K[6 + k, j]
-    for i in range(12):
-        for k in range(3):
-            K[i, k] = -K[i, 6 + k]
+def write_stretch_tangent(H, T, K):
+    """K of what `write_stretch_columns` has written of the three points, one after the other, to T."""
+    T0, T1, T2 = matrix_view(T, 0, 6, 12), matrix_view(T, 72, 6, 12), matrix_view(T, 144, 6, 12)
+    for j in range(3):
+        i0, k0, i1, k1, i2, k2 = H[0, j], H[0, 3 + j], H[1, j], H[1, 3 + j], H[2, j], H[2, 3 + j]
+        for r in range(3):
+            for c in range(12):
+                x = i0 * T0[r, c] + k0 * T0[3 + r, c] + i1 * T1[r, c] + k1 * T1[3 + r, c]
+                K[3 + 3 * j + r, c] = x + i2 * T2[r, c] + k2 * T2[3 + r, c]
+    for r in range(3):
+        for c in range(12):
+            K[r, c] = -K[6 + r, c]

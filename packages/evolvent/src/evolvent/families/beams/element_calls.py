@@ -12,6 +12,7 @@ from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect
 from evolvent.families.beams import cable
 from evolvent.kernels import ancf
 from evolvent.kernels.ancf import INTERVAL
+from evolvent.kernels.ancf_beams import ROW_ENERGIES, ROW_FORCES
 
 _FORCE = REAL(VECTOR, VECTOR, INTERVAL, REAL, MATRIX, VECTOR, MATRIX, VECTOR, VECTOR, VECTOR)
 _TANGENT = void(VECTOR, VECTOR, INTERVAL, REAL, REAL, MATRIX, VECTOR, MATRIX, VECTOR, VECTOR, MATRIX)
@@ -19,11 +20,16 @@ _ENERGY = REAL(VECTOR, MATRIX, VECTOR, REAL, VECTOR)
 
 
 class Functions(NamedTuple):
-    """Functions of one kind of element, called by address."""
+    """Functions of one kind of element, called by address.
+
+    forces and energies, where a kind has them, are of elastic elements in a row that have the same constants.
+    """
 
     force: Any
     tangent: Any
     energy: Any
+    forces: Any = None
+    energies: Any = None
 
 
 @indirect(_FORCE, disjoint=True)
@@ -88,6 +94,18 @@ def stretch_tangent(e, u, interval, b, c, H, h, B, changes, work, K):
     cable.stretch_tangent(e, u, interval, b, c, H, h, B, changes, work, K)
 
 
+@indirect(ROW_FORCES, disjoint=True)
+def stretch_forces(y, a, scale, n, H, h, M, work, F):
+    """Cables with engineering strain in a row."""
+    cable.stretch_forces(y, a, scale, n, H, h, M, work, F)
+
+
+@indirect(ROW_ENERGIES, disjoint=True)
+def stretch_energies(y, u, n, H, h, bending_H, bending_h, M, work, out):
+    """Cables with engineering strain in a row."""
+    cable.stretch_energies(y, u, n, H, h, bending_H, bending_h, M, work, out)
+
+
 @indirect(_ENERGY, disjoint=True)
 def cable_energy(e, H, h, U0, work):
     """Any cable but those with engineering strain."""
@@ -113,7 +131,9 @@ CABLES = {
     OBJECTIVE: Functions(cable_force, cable_tangent, cable_energy),
     PAPER: Functions(paper_cable_force, paper_cable_tangent, cable_energy),
 }
-STRETCH_CABLES = {OBJECTIVE: Functions(stretch_force, stretch_tangent, stretch_energy)}
+STRETCH_CABLES = {
+    OBJECTIVE: Functions(stretch_force, stretch_tangent, stretch_energy, stretch_forces, stretch_energies)
+}
 BEAMS = {
     OBJECTIVE: Functions(beam_force, beam_tangent, beam_energy),
     PAPER: Functions(paper_beam_force, paper_beam_tangent, beam_energy),

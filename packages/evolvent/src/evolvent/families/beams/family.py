@@ -429,14 +429,15 @@ def turning_tangent(factor, spin, y, model, matrix):
 
 
 # form, bending, mass: indices in the pools of the model, bending of the form of that alone; force, tangent,
-# energy: indices (`jit.slot`) of `element_calls`; stretch: 1 of a cable with engineering strain;
-# section: index among the parameters of what `beam_strains` needs; changes: of products, stretches and curvatures
-# over the step before, then over this one (`ancf.force_of`); free: strains by heat at `beam_strains.POINTS`; the
-# others are in `RESULTS`
+# energy: indices (`jit.slot`) of `element_calls`, as are forces and energies, of elements in a row, 0 for none;
+# stretch: 1 of a cable with engineering strain; section: index among the parameters of what `beam_strains` needs;
+# changes: of products, stretches and curvatures over the step before, then over this one (`ancf.force_of`); free:
+# strains by heat at `beam_strains.POINTS`; the others are in `RESULTS`
 ELEMENTS = Family(
     "elements",
     record(
-        "beam iq iv form bending mass force tangent energy stretch section", "length alpha beta thickness",
+        "beam iq iv form bending mass force tangent energy forces energies stretch section",
+        "length alpha beta thickness",
         "changes free strain axial_force energy_density shear_force_y shear_force_z bending_moment torsional_moment "
         "bending_moment_y bending_moment_z free_strain free_curvature_y free_curvature_z",
         changes=(56,), free=(5, 3),
@@ -471,6 +472,8 @@ ELEMENTS = Family(
             ancf_beams.add_elements: "force",
             ancf_beams.add_element_tangents: "tangent",
             ancf_beams.beam_energies: "energy",
+            ancf_beams.add_row: "forces",
+            ancf_beams.add_row_energies: "energies",
         },
     ),
     inertia=Inertia(turning_tangent=turning_tangent),

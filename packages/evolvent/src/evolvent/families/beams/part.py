@@ -289,6 +289,8 @@ class Beam(Part):
                 force=lookups.slot(functions.force),
                 tangent=lookups.slot(functions.tangent),
                 energy=lookups.slot(functions.energy),
+                forces=0 if functions.forces is None else lookups.slot(functions.forces),
+                energies=0 if functions.energies is None else lookups.slot(functions.energies),
                 stretch=int(self.formulation == "cable_stretch"),
                 section=constants,
                 length=float(lengths[i]),
