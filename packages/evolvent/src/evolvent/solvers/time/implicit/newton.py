@@ -67,10 +67,22 @@ def correction(scale, model, matrix, work):
     for k in range(rows.size):
         x[n_v + k] = -scale * r[n_v + k] * (1.0 if rows[k].stiffness <= 0.0 else twice)
     sparse_lu.solve(matrix, x)
-    norm = 0.0
-    for i in range(n_v):
-        norm = max(norm, abs(x[i]) / work.weight[i])
-    return norm
+    weight, sizes = work.weight, matrix.x
+    for i in range(n_v):  # by itself, so that several are divided at a time
+        sizes[i] = abs(x[i]) / weight[i]
+    return largest(sizes, n_v)
+
+
+@inlined
+def largest(sizes, n):
+    """Largest of the first n numbers that are not negative (of four parts, so that they overlap)."""
+    a = b = c = d = 0.0
+    last = n - n % 4
+    for i in range(0, last, 4):
+        a, b, c, d = max(a, sizes[i]), max(b, sizes[i + 1]), max(c, sizes[i + 2]), max(d, sizes[i + 3])
+    for i in range(last, n):
+        a = max(a, sizes[i])
+    return max(max(a, b), max(c, d))
 
 
 @indirect(_I(REAL, REAL, _I, _B, MODEL, SPARSE, WORKSPACE))
