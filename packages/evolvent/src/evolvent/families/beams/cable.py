@@ -488,3 +488,14 @@ def write_stretch_tangent(H, T, K):
     for r in range(3):
         for c in range(12):
             K[r, c] = -K[6 + r, c]
+
+
+@inlined
+def fill_first_position(K):
+    """Rows and columns of the first node's position in K, of those of the vectors without it."""
+    for k in range(3):
+        for j in range(3, 12):
+            K[k, j] = -K[6 + k, j]
+    for i in range(12):
+        for k in range(3):
+            K[i, k] = -K[i, 6 + k]
