@@ -188,7 +188,7 @@ def stretch_energy(e, H, h, U0, work):
     H : (6, 6) float; h : (6,) float; U0 : float, the element's form (`evolvent.elements.cable_stretch_form`): row p
         of H makes r,x (first three columns) and r,xx (last three) at point p of the vectors, H[3] holds weight times EA
         and weight times EI of the points, h the |r,x| without stress
-    work : (ancf.WORK,) float, scratch
+    work : not used
 
     Notes
     -----
@@ -344,8 +344,7 @@ def stretch_forces(y, a, scale, n, H, h, M, work, F):
 
     Notes
     -----
-    The first loop has no branch and writes number c of all elements side by side, so that it takes several elements at
-    a time; each has the operations of a single one.
+    The first loop has no branch and writes side by side, so that it takes several elements at a time.
     """
     for k in range(n):
         i = 6 * k
