@@ -49,6 +49,8 @@ LONG = SHORT.replace("nodes: 6}", "nodes: 20, stiffness: 1e8 N/m, damping: 0.1 N
 ABSENT: list[str] = []
 #: Longest wait for a page, ms.
 WAIT = 120_000
+#: Waits for what a redrawn list may have lost, ms: short ones first, longer ones for a slow machine.
+TRIES = (1_000, 2_000, 4_000, 8_000, 16_000, 32_000)
 
 
 def chromium() -> str | None:
@@ -92,12 +94,12 @@ def choose(page: Any, select: str, option: str | re.Pattern[str], *, typed: str 
 
     wanted = re.compile(rf"^{re.escape(option)}$") if isinstance(option, str) else option
     entry = page.locator(".q-menu .q-item").filter(has_text=wanted).first
-    for _ in range(8):
+    for wait in TRIES:
         page.locator(f".q-field:has({part(select)})").click()
         if typed:
             page.locator(part(select)).fill(typed)
         try:
-            entry.click(timeout=6_000)
+            entry.click(timeout=wait)
             break
         except PlaywrightTimeout:
             page.keyboard.press("Escape")
@@ -112,10 +114,10 @@ def open_study(page: Any, name: str) -> None:
     from playwright.sync_api import TimeoutError as PlaywrightTimeout
 
     link, chart = page.locator(part(f"study-{name}")), page.locator(f"{part('study-chart')} canvas").first
-    for _ in range(8):
+    for wait in TRIES:
         link.click()
         try:
-            chart.wait_for(timeout=8_000)
+            chart.wait_for(timeout=wait)
             break
         except PlaywrightTimeout:
             continue
