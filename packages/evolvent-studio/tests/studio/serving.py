@@ -49,7 +49,8 @@ LONG = SHORT.replace("nodes: 6}", "nodes: 20, stiffness: 1e8 N/m, damping: 0.1 N
 ABSENT: list[str] = []
 #: Longest wait for a page, ms.
 WAIT = 120_000
-#: Waits for what a redrawn list may have lost, ms: short ones first, longer ones for a slow machine.
+#: Waits for the entry of a list, which a redrawn page may have closed, ms: short ones first, longer ones for a slow
+#: machine.
 TRIES = (1_000, 2_000, 4_000, 8_000, 16_000, 32_000)
 
 
@@ -114,10 +115,10 @@ def open_study(page: Any, name: str) -> None:
     from playwright.sync_api import TimeoutError as PlaywrightTimeout
 
     link, chart = page.locator(part(f"study-{name}")), page.locator(f"{part('study-chart')} canvas").first
-    for wait in TRIES:
+    for _ in range(8):
         link.click()
         try:
-            chart.wait_for(timeout=wait)
+            chart.wait_for(timeout=8_000)
             break
         except PlaywrightTimeout:
             continue
