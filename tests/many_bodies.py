@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from evolvent.results.motion import Forces, Frame, Line, Marks, Motion, from_rotation_vectors, product, turned
+from evolvent.results.motion import Forces, Frame, Line, Marks, Motion
+from evolvent.results.rotations import from_rotation_vectors, product, turned
 from evolvent.results.solids import Solid
 
 

@@ -13,7 +13,7 @@ import xarray as xr
 import evolvent
 from evolvent import cases
 from evolvent.analysis import accessor as accessor, clearance
-from evolvent.results.motion import from_rotation_vectors, product, rotation_matrices
+from evolvent.results.rotations import from_rotation_vectors, product, rotation_matrices
 
 I = (1.0, 0.0, 0.0, 0.0)  # noqa: E741
 BOX, PLATE = {"box": {"size": [1.0, 2.0, 3.0]}}, {"box": {"size": [2.0, 1.0, 0.02]}}

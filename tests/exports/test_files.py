@@ -18,7 +18,8 @@ from evolvent import cases, parts
 from evolvent.exports import matlab, moving, page, table, vtk, vtp
 from evolvent.exports.request import LARGE, Request
 from evolvent.results import variables
-from evolvent.results.motion import Frame, Motion, from_rotation_vectors
+from evolvent.results.motion import Frame, Motion
+from evolvent.results.rotations import from_rotation_vectors
 from evolvent.results.solids import Solid
 from evolvent_base import signals
 from evolvent_base.errors import InputError

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 import evolvent
 from evolvent import cases
-from evolvent.results.motion import about_z, product, turned
+from evolvent.results.rotations import about_z, product, turned
 
 
 def motion(run):

@@ -13,7 +13,8 @@ from scipy.io import loadmat
 import evolvent
 from evolvent.exports import gltf, matlab, pictures as films, table, vtk
 from evolvent.exports.request import Request
-from evolvent.results.motion import Frame, Motion, about_z
+from evolvent.results.motion import Frame, Motion
+from evolvent.results.rotations import about_z
 from evolvent.results.surfaces import Surface
 from evolvent.view import animation
 from exports.test_files import arrays, grid, pieces, steps

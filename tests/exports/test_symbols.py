@@ -12,7 +12,7 @@ from evolvent import parts
 from evolvent.exports import vtk
 from evolvent.exports.pictures import pictures
 from evolvent.exports.request import Request
-from evolvent.results.motion import turned
+from evolvent.results.rotations import turned
 from evolvent.view import animation, show
 
 

@@ -17,7 +17,7 @@ from families import plain  # noqa: F401  (it enters the cases)
 from families.case import CASES
 
 #: Most keys that are varied of one system, evenly spaced; of a built-in structure; in the longer variant of the test.
-MOST, FEW, MANY = 12, 2, 60
+MOST, FEW, MANY = 12, 1, 60
 #: Systems whose keys are varied: one for each family, and the built-in structures.
 SYSTEMS = [*CASES, *(name for name in cases.built_in() if cases.content_of(name)["system"] == "structure")]
 

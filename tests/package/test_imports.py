@@ -30,7 +30,8 @@ def imported(node: ast.AST) -> list[str]:
     if (
         isinstance(node, ast.Call)
         and isinstance(node.func, ast.Attribute)
-        and (node.func.attr, ast.unparse(node.func.value)) == ("load", "lazy")
+        and node.func.attr == "load"
+        and ast.unparse(node.func.value) == "lazy"
     ):
         return [ast.literal_eval(node.args[0])]
     return []

@@ -26,6 +26,14 @@ from families.rows import FAMILIES, Row, set_kinds
 from layout import faults
 
 NAMES = [name for name in cases.built_in() if cases.content_of(name)["system"] == "structure"]
+#: Kinds of parts of each.
+KINDS = {name: {part["kind"] for part in cases.content_of(name)["parts"].values()} for name in NAMES}
+#: Of each kind the case with the fewest parts: what holds of every kind is tested with the others in a release.
+OF_KINDS = {
+    min((name for name in NAMES if kind in KINDS[name]), key=lambda name: (len(cases.content_of(name)["parts"]), name))
+    for kind in set().union(*KINDS.values())
+}
+BY_KINDS = [pytest.param(name, marks=() if name in OF_KINDS else pytest.mark.release) for name in NAMES]
 #: Ends of long runs for tests of files, s; tests of these cases run the others in full.
 SHORT = {
     "boom-on-drum-stored": 0.01,
@@ -332,30 +340,38 @@ def name(request: pytest.FixtureRequest) -> str:
 
 
 @pytest.mark.slow
-def test_a_run_comes_back_from_its_file(name: str, tmp_path: Any) -> None:
+def test_a_case_runs(name: str) -> None:
     found = run(name)
     assert found.attrs["status"] == "success"
     assert found.attrs["system"] == "structure"
+    assert found.attrs["title"] == cases.content_of(name)["title"] == found.ev.motion().title
+    assert found.ev.table()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", BY_KINDS, indirect=True, scope="module")
+def test_a_run_comes_back_from_its_file(name: str, tmp_path: Any) -> None:
+    found = run(name)
     ev.save(found, tmp_path / "run.nc")
     back = ev.open(tmp_path / "run.nc")
     assert back.identical(found)
     assert back.ev.names() == found.ev.names()
     labels = [(number.label, number.value) for number in found.ev.table()]
     assert [(number.label, number.value) for number in back.ev.table()] == labels
-    assert len(cases.system("structure").figures(back)) >= 2
-    title = cases.content_of(name)["title"]
     page = pathlib.Path(back.ev.animate(tmp_path / "motion.html")).read_text(encoding="utf-8")
-    assert found.attrs["title"] == title == found.ev.motion().title
-    assert f"<title>{title}</title>" in html.unescape(page)
+    assert f"<title>{found.attrs['title']}</title>" in html.unescape(page)
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("name", BY_KINDS, indirect=True, scope="module")
 def test_nothing_is_cut_off_or_covered_in_its_figures(name: str) -> None:
     figures = cases.presenter(run(name)).figures(run(name))
+    assert len(figures) >= 2
     assert [fault for figure in figures for fault in faults(figure)] == []
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("name", BY_KINDS, indirect=True, scope="module")
 def test_a_system_written_and_read_gives_the_same_numbers(name: str) -> None:
     """To the last bit; also through the case that the run keeps."""
     system = ev.load(name)

@@ -14,6 +14,7 @@ import pathlib
 import shutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -25,6 +26,7 @@ from evolvent.analysis.system import System
 from evolvent.assembly import needs
 from evolvent.compiled import codecache, jit, laws, lookups
 from evolvent.compiled.codecache import folder as cachefolder
+from evolvent.equations.rhs import rhs
 from evolvent.kernels.impulse import prepare
 from evolvent.solvers import solve
 from evolvent_base.errors import InputError
@@ -543,3 +545,15 @@ def test_a_law_may_count_from_the_end():
     system.add(parts.Spring(a=(0.0, 0.0, 0.0), b=point, length=1.0, law=last_parameter, parameters=(1.0, 2.0, 3.0)))
     found = solve(system.assemble(), samples=[0.0, 1e-3], method="rk4", step=1e-3)
     assert found.y[-1, 3] == pytest.approx(-5e-3, rel=1e-5)  # 3 N/m times 1 m, and 2 N
+
+
+@compiled_only
+def test_threads_may_load_the_same_functions_at_once():
+    """As a server does that opens two results; one of them found functions closed to compilation."""
+    system = System()
+    system.add(parts.Point(mass=1.0, position=(2.0, 0.0, 0.0)))
+    models = [system.assemble().model for _ in range(8)]
+    needs.unload()
+    with ThreadPoolExecutor(len(models)) as pool:
+        list(pool.map(lambda model: needs.load(model, rhs), models))
+    assert rhs.is_loaded

@@ -5,18 +5,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-from evolvent.results.motion import (
-    Forces,
-    Frame,
-    Line,
-    Marks,
-    Motion,
+from evolvent.results.motion import Forces, Frame, Line, Marks, Motion, name_and_unit, quantity
+from evolvent.results.rotations import (
     about_z,
     conjugate,
     from_rotation_vectors,
-    name_and_unit,
     product,
-    quantity,
     rotation_vectors,
     turned,
     turns_between,

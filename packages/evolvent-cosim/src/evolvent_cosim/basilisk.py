@@ -14,7 +14,7 @@ import numpy as np
 
 from evolvent.analysis.stepper import Stepper
 from evolvent.analysis.stepping import ResultAddress
-from evolvent.results.motion import turned
+from evolvent.results.rotations import turned
 from evolvent_base.errors import InputError, nearest
 
 try:

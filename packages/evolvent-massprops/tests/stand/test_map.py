@@ -11,8 +11,8 @@ from evolvent_massprops.inertia_stand import SYSTEM
 
 @pytest.fixture(scope="module")
 def box():
-    """Runs at the middles of 6 x 6 cells of the 20 % box, noise-free."""
-    x, z = (0.8 / 6.0 * (np.arange(6.0) - 2.5) * side / 0.4 for side in (0.8, 0.348))
+    """Runs at the middles of 4 x 4 cells of the 20 % box, noise-free."""
+    x, z = (0.2 * (np.arange(4.0) - 1.5) * side / 0.4 for side in (0.8, 0.348))
     overrides = [{"body.offset_x": float(a), "body.offset_z": float(b)} for a in x for b in z]
     both = {}
     for way in ("fit", "three-frequencies"):
@@ -25,7 +25,7 @@ def box():
 
 def _errors(runs):
     seen = [r for r in runs if float(r.least_energy) > 0.3]
-    assert len(seen) > 22
+    assert len(seen) > 9
     return 100.0 * np.array(
         [np.abs(r.inertia_identified / r.inertia_true - 1.0).sel(component=["xx", "zz"]).values for r in seen]
     )

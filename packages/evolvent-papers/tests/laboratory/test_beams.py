@@ -21,6 +21,7 @@ from evolvent_base.errors import InputError
 from evolvent_papers import laboratory
 from evolvent_papers.laboratory import book, composite_strips, rotating_beam, tables, wing_spar
 from evolvent_papers.laboratory.clamped import Clamped, G
+from laboratory.verdicts import stored
 
 Array = np.ndarray
 #: First lines of tables.
@@ -28,10 +29,11 @@ BEAM, STRIP = "mode,sweep_deg,rpm_0_Hz,rpm_500_Hz,rpm_750_Hz\n", "beam,root_deg,
 PAGES = pathlib.Path(__file__).parents[4] / "docs" / "laboratory"
 
 
-@pytest.fixture(scope="module")
-def verdicts() -> dict[str, book.Verdict]:
+@pytest.fixture(scope="module", params=["stored", pytest.param("found again", marks=pytest.mark.release)])
+def verdicts(request: pytest.FixtureRequest) -> dict[str, book.Verdict]:
     """The sets with their own settings and measurements."""
-    return {name: laboratory.found(name).validate() for name in ("wing-spar", "rotating-beam", "composite-strips")}
+    names = ("wing-spar", "rotating-beam", "composite-strips")
+    return {name: stored(name) if request.param == "stored" else laboratory.found(name).validate() for name in names}
 
 
 def table_of(page: str, number: int = 0) -> list[list[str]]:
@@ -163,7 +165,6 @@ def test_a_soft_clamp_and_a_mass_at_the_tip(ends: str, book: Any) -> None:
 # ------------------------------------------------------------------------------------------------ pages
 
 
-@pytest.mark.slow
 def test_page_of_the_spar(verdicts: dict[str, book.Verdict]) -> None:
     found = verdicts["wing-spar"]
     assert found.text == "3 of 3 goals are met; 3 of 3 differences are within their bands of 95 %"
@@ -174,7 +175,6 @@ def test_page_of_the_spar(verdicts: dict[str, book.Verdict]) -> None:
         assert agrees(row[3], one.band.half_width)
 
 
-@pytest.mark.slow
 def test_page_of_the_rotating_beam(verdicts: dict[str, book.Verdict]) -> None:
     found = verdicts["rotating-beam"]
     assert found.text == "25 of 27 goals are met; 2 of 27 differences are within their bands of 95 %"
@@ -198,7 +198,6 @@ def test_page_of_the_rotating_beam(verdicts: dict[str, book.Verdict]) -> None:
     assert all(one.band.numerics < 0.1 * one.band.half_width for one in found.comparisons)
 
 
-@pytest.mark.slow
 def test_causes_of_the_differences_of_the_rotating_beam(verdicts: dict[str, book.Verdict]) -> None:
     """The second table of the page is that of the set; each number is counted by the measurements alone."""
     found = verdicts["rotating-beam"]
@@ -272,7 +271,6 @@ def test_a_shorter_free_part_meets_all_goals() -> None:
                 assert abs(value - measured[mode]) <= share * measured[mode] + least
 
 
-@pytest.mark.slow
 def test_page_of_the_strips(verdicts: dict[str, book.Verdict]) -> None:
     found = verdicts["composite-strips"]
     assert found.text == "35 of 35 goals are met; 30 of 35 differences are within their bands of 95 %"

@@ -7,7 +7,7 @@ import xarray as xr
 from evolvent import results
 from evolvent.design.studies import draw
 from evolvent.families.contact.observer_surfaces import mean_rate
-from evolvent.results.motion import product, turned
+from evolvent.results.rotations import product, turned
 from evolvent.view import animation
 from evolvent_base import plots
 from evolvent_papers import wrapped_rib as system

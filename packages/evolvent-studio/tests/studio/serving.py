@@ -49,6 +49,9 @@ LONG = SHORT.replace("nodes: 6}", "nodes: 20, stiffness: 1e8 N/m, damping: 0.1 N
 ABSENT: list[str] = []
 #: Longest wait for a page, ms.
 WAIT = 120_000
+#: Waits for the entry of a list, which a redrawn page may have closed, ms: short ones first, longer ones for a slow
+#: machine.
+TRIES = (1_000, 2_000, 4_000, 8_000, 16_000, 32_000)
 
 
 def chromium() -> str | None:
@@ -92,12 +95,12 @@ def choose(page: Any, select: str, option: str | re.Pattern[str], *, typed: str 
 
     wanted = re.compile(rf"^{re.escape(option)}$") if isinstance(option, str) else option
     entry = page.locator(".q-menu .q-item").filter(has_text=wanted).first
-    for _ in range(8):
+    for wait in TRIES:
         page.locator(f".q-field:has({part(select)})").click()
         if typed:
             page.locator(part(select)).fill(typed)
         try:
-            entry.click(timeout=6_000)
+            entry.click(timeout=wait)
             break
         except PlaywrightTimeout:
             page.keyboard.press("Escape")

@@ -201,7 +201,7 @@ def test_references_within_sections_of_a_part_follow():
 
 
 #: Structures that take a second to start, and of whose kinds of parts others consist, too.
-LONG = {"net-reflector", "rib-antenna-wound", "rib-lenticular-shell"}
+LONG = {"miura-sheet", "net-reflector", "rib-antenna-wound", "rib-lenticular-shell", "ring-antenna", "tape-hinge-shell"}
 
 
 @pytest.mark.slow

@@ -114,13 +114,6 @@ class TextTable:
         except InputError:
             return False
 
-    def is_counter(self, column: str | int) -> bool:
-        """Whether a column numbers the rows: whole numbers, each by one above that of the row before."""
-        values = self._fast()[self.index(column)]
-        return (
-            values is not None and len(values) > 1 and bool(np.all(np.diff(values) == 1.0) and values[0] % 1.0 == 0.0)
-        )
-
     def is_empty(self, column: str | int) -> bool:
         """Whether no cell of a column holds anything."""
         values = self._fast()[self.index(column)]

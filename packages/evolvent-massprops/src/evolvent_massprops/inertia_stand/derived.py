@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from evolvent.results.motion import quaternions
 from evolvent.results.observe import View
 from evolvent.results.observe.view import Pose
+from evolvent.results.rotations import quaternions
 from evolvent_massprops import batch
 from evolvent_massprops.excitation_keys import least_energies
 from evolvent_massprops.identification import recorded

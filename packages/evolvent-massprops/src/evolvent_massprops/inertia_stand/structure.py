@@ -11,7 +11,7 @@ import numpy as np
 
 from evolvent import parts
 from evolvent.analysis.system import System
-from evolvent.results.motion import quaternions
+from evolvent.results.rotations import quaternions
 from evolvent_massprops.excitation_keys import Excited, excitation_on
 from evolvent_massprops.inertia import Body, NormalModes, Pose, Stand, Start, displaced, excited, linear_model
 from evolvent_massprops.inertia_stand.case import Case

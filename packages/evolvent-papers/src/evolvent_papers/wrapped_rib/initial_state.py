@@ -9,7 +9,7 @@ import numpy as np
 
 from evolvent import cases, parts, results
 from evolvent.elements import coil, helix, nodal, resampled
-from evolvent.results.motion import rotation_matrices
+from evolvent.results.rotations import rotation_matrices
 from evolvent_base.dense import product
 from evolvent_base.errors import InputError
 from evolvent_papers.wrapped_rib.case import Case

@@ -11,7 +11,7 @@ import numpy as np
 from evolvent import cases, closed_forms
 from evolvent.elements import axis_shape
 from evolvent.results import closing_numbers, regular, variables
-from evolvent.results.motion import rotation_matrices
+from evolvent.results.rotations import rotation_matrices
 from evolvent.view import balance, show
 from evolvent.view.drawing import motion_of, smooth
 from evolvent_base.figures import Figure, Line, Number, Panel, numbers_of, stacked

@@ -10,7 +10,7 @@ import xarray as xr
 
 from evolvent.parts.shapes import Box, Capsule, Cylinder, Sphere
 from evolvent.results import variables
-from evolvent.results.motion import rotation_matrices
+from evolvent.results.rotations import rotation_matrices
 from evolvent.results.solids import Solid
 from evolvent_base.errors import InputError
 

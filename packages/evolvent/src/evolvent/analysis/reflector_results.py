@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import scipy
 
+from evolvent.analysis import reflector_figures
 from evolvent.analysis.reflector import NetInSystem, State
 from evolvent.analysis.reflector_after import AfterRun, surface_after
 from evolvent.analysis.reflector_keys import ReflectorKeys
@@ -22,15 +23,13 @@ from evolvent.results import made_with
 from evolvent.results.motion import quantity
 from evolvent_base import answer as an, safe_open
 from evolvent_base.errors import InputError, nearest
-from evolvent_base.figures import Figure, Line, Map, Panel
+from evolvent_base.figures import Figure
 from evolvent_base.showing import Shown
 
 Array = np.ndarray
 #: Surfaces that are drawn for tolerances, and the rank of the one that bounds 95 % of all with 95 % of confidence:
 #: of n draws the smallest k with P(Binomial(n, 0.95) < k) >= 0.95.
 DRAWS, _SEED = 1000, 20031
-#: Colours of tensions; points of the map across the aperture.
-_COLORS, _POINTS = 10, 240
 #: Factor of heights from which on the best fit is another reflector than the wanted one.
 _OTHER = 1.25
 #: Area of a facet in the plane x, y, beside that in the topology, that is none.
@@ -404,47 +403,11 @@ class ReflectorResults(Shown):
 
     def figures(self) -> list[Figure]:
         """Views with tensions, and the map of the error."""
-        return [self.views(), self.error_map()]
-
-    def views(self) -> Figure:
-        """The net from the front and from the side, cords in colours by their tensions."""
-        low, high = float(self.tension.min()), float(self.tension.max())
-        place = np.clip((self.tension - low) / max(high - low, 1e-300) * _COLORS, 0, _COLORS - 1e-9).astype(int)
-        ends = self.x[self._of.cords]
-        panels = []
-        for across, up, labels in ((0, 1, ("x, m", "y, m")), (0, 2, ("x, m", "z, m"))):
-            lines = []
-            for color in range(_COLORS):
-                own = ends[place == color]
-                if across == 0 and up == 1:
-                    own = ends[: len(self.topology.cords)][place[: len(self.topology.cords)] == color]
-                if not len(own):
-                    continue
-                xy = np.concatenate([own, np.full((len(own), 1, 3), np.nan)], axis=1).reshape(-1, 3)
-                a, b = (low + (high - low) * (color + k) / _COLORS for k in (0, 1))
-                label = f"{a:.3g} to {b:.3g} N" if up == 2 else ""
-                lines.append(Line(x=xy[:, across], y=xy[:, up], color=color / (_COLORS - 1), width=0.7, label=label))
-            panels.append(Panel(x_label=labels[0], y_label=labels[1], lines=lines, equal=True))
-        return Figure(name="net", title="Net from the front and from the side, tensions", panels=panels, height=190.0)
-
-    def error_map(self) -> Figure:
-        """Axial error of the facets over the aperture, less the best fit's shift, mm."""
-        surface, x = self.net.surface, self.x
-        radius = 0.5 * surface.diameter
-        u = np.linspace(-radius, radius, _POINTS)
-        X, Y = np.meshgrid(surface.offset + u, u, indexing="ij")
-        z = _height_of_facets(x, self.topology.facets, X, Y)
-        values = 1e3 * (z - surface.height(X, Y) - self.error.fit.shift[2])
-        largest = float(np.nanmax(np.abs(values)))
-        drawn = Map(
-            x=X[:, 0], y=Y[0], values=values, label="error along the axis, less the shift of the best fit, mm",
-            limits=(-largest, largest), colors="RdBu_r",
-        )  # fmt: skip
-        ends = x[self.topology.cords]
-        xy = np.concatenate([ends, np.full((len(ends), 1, 3), np.nan)], axis=1).reshape(-1, 3)
-        lines = [Line(x=xy[:, 0], y=xy[:, 1], color="gray", width=0.3)]
-        panel = Panel(x_label="x, m", y_label="y, m", lines=lines, equal=True, map=drawn)
-        return Figure(name="surface_error", title="Error of the surface", panels=[panel], height=150.0)
+        own = self.topology.cords
+        return [
+            reflector_figures.views(self.x, self._of.cords, len(own), self.tension),
+            reflector_figures.error_map(self.net.surface, self.x, own, self.topology.facets, self.error),
+        ]
 
     # ----------------------------------------------------------------------------------------------------- files
 
@@ -535,22 +498,3 @@ def _measured(path: str, count: int) -> tuple[Array, Array]:
     if nodes.min() < 0 or nodes.max() >= count:
         raise InputError(f"reflector.measured is {path!r}, whose nodes must be of 0 to {count - 1}")
     return nodes, places
-
-
-def _height_of_facets(x: Array, facets: Array, X: Array, Y: Array) -> Array:
-    """Heights of plane facets at points of a grid; not a number outside."""
-    found = np.full(X.shape, np.nan)
-    u, v = X[:, 0], Y[0]
-    for corners in x[facets]:
-        (i0, i1), (j0, j1) = (
-            np.searchsorted(axis, [corners[:, k].min(), corners[:, k].max()]) for k, axis in ((0, u), (1, v))
-        )
-        if i0 == i1 or j0 == j1:
-            continue
-        T = np.column_stack([corners[1, :2] - corners[0, :2], corners[2, :2] - corners[0, :2]])
-        d = np.stack([X[i0:i1, j0:j1] - corners[0, 0], Y[i0:i1, j0:j1] - corners[0, 1]])
-        a, b = np.einsum("ij,jkl->ikl", np.linalg.inv(T), d)
-        z = corners[0, 2] + a * (corners[1, 2] - corners[0, 2]) + b * (corners[2, 2] - corners[0, 2])
-        inside = (a >= -1e-9) & (b >= -1e-9) & (a + b <= 1.0 + 1e-9)
-        found[i0:i1, j0:j1] = np.where(inside, z, found[i0:i1, j0:j1])
-    return found

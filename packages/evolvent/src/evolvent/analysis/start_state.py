@@ -11,18 +11,16 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy
 
 from evolvent import results
-from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.checks import check_constraints
 from evolvent.assembly.constraints import family_of
-from evolvent.equations.implicit import measure_constraints
 from evolvent.kernels.blocks import ROTATION
 from evolvent.model.layout import counted
 from evolvent.model.registry import families
 from evolvent.results.variables import root_dataset
+from evolvent.solvers.common.closing import with_rates
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.modal.positions import moving
 from evolvent_base.errors import InputError, nearest
@@ -118,7 +116,7 @@ def started_from(assembly: Assembly, sections: Mapping[str, Any]) -> Assembly:
                     _release(rows, k)
     found = dataclasses.replace(assembly, model=model, y=y, s=s, touched=None)
     check_constraints(found, RATES)
-    return _on_constraints(found)
+    return with_rates(found, RATES)
 
 
 def _release(rows: Array, k: int) -> None:
@@ -126,35 +124,6 @@ def _release(rows: Array, k: int) -> None:
     for field in ("until", "latest"):
         if field in (rows.dtype.names or ()):
             rows[field][k] = -np.inf
-
-
-def _on_constraints(assembly: Assembly) -> Assembly:
-    """An assembly whose velocities meet the constraints, changed as little as possible.
-
-    A sample of a run by midpoints misses them by an error of second order in its step.
-    """
-    model, y, rows = assembly.model, assembly.y.copy(), assembly.model.constraints
-    held = np.flatnonzero((rows["stiffness"] == 0.0) & (rows["until"] >= 0.0))
-    if not held.size:
-        return assembly
-    v = y[int(model.info.nq) :][: int(model.info.nv)]
-    needs.load(model, measure_constraints)
-
-    def rates() -> Array:
-        measure_constraints(0.0, y, model)
-        return rows["rate"][held].copy()
-
-    missed, columns = rates(), []
-    if np.abs(missed).max() > RATES * max(1.0, np.abs(v).max()):
-        return assembly  # which the methods refuse by name
-    for k in range(v.size):
-        kept = v[k]
-        v[k] = kept + 1.0
-        columns.append(scipy.sparse.csc_array((rates() - missed)[:, None]))
-        v[k] = kept
-    found = scipy.sparse.linalg.lsqr(scipy.sparse.hstack(columns).tocsr(), -missed, atol=1e-14, btol=1e-14)
-    v += found[0]
-    return dataclasses.replace(assembly, y=y)
 
 
 def _places(assembly: Assembly) -> Iterator[tuple[str, _Place]]:

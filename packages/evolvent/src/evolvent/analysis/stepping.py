@@ -16,7 +16,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.equations.rhs import rhs
 from evolvent.kernels import rigid
 from evolvent.parts.checks import positive, vector
-from evolvent.results.motion import quaternions
+from evolvent.results.rotations import quaternions
 from evolvent.solvers.common import balance as eb
 from evolvent.solvers.common.laws import law_failure, refusing_laws
 from evolvent.solvers.common.limits import limitation_of

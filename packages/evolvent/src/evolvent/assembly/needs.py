@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import sys
+import threading
 import weakref
 from collections.abc import Iterator
 from types import ModuleType
@@ -116,6 +117,8 @@ class _Loaded:
     roots: set[Any] = dataclasses.field(default_factory=set)
 
 
+#: Held while functions are loaded: a second thread that loads one of them meanwhile finds it closed to compilation.
+_LOADING = threading.Lock()
 #: Models that are alike share theirs.
 _LOADED: weakref.WeakKeyDictionary[Model, _Loaded] = weakref.WeakKeyDictionary()
 
@@ -133,7 +136,8 @@ def load(model: Model, *roots: Any, without: frozenset[str] = frozenset()) -> No
     if own.count != len(jit.functions()):
         own.count, own.lacks = len(jit.functions()), absent(model)
     if (roots, without) not in own.roots:
-        jit.load(needed(model, roots, own.lacks | without))
+        with _LOADING:
+            jit.load(needed(model, roots, own.lacks | without))
         own.roots.add((roots, without))
 
 

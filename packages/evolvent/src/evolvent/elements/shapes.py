@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import Any, ClassVar, NamedTuple, Self
 
@@ -76,6 +77,12 @@ class CrossSection(Section):
         return type(self)(**{key: mean(getattr(self, key), getattr(other, key)) for key in type(self).model_fields})
 
 
+@functools.lru_cache(maxsize=1024)
+def _torsion_series(t: float, w: float) -> float:
+    """Sum of tanh(n pi w/(2 t))/n^5 over odd n, of a rectangle's sides t and w; elements of one beam share it."""
+    return sum(math.tanh(n * math.pi * w / (2.0 * t)) / n**5 for n in range(1, 200, 2))
+
+
 class Rectangle(CrossSection):
     """Solid rectangle.
 
@@ -105,8 +112,7 @@ class Rectangle(CrossSection):
         """
         y, z = self.thickness, self.width
         t, w = each(min, y, z), each(max, y, z)
-        series = sum(each(math.tanh, n * math.pi * w / (2.0 * t)) / n**5 for n in range(1, 200, 2))
-        J = w * t**3 * (1.0 / 3.0 - 64.0 / math.pi**5 * t / w * series)
+        J = w * t**3 * (1.0 / 3.0 - 64.0 / math.pi**5 * t / w * each(_torsion_series, t, w))
         shear = 10.0 * (1.0 + nu) / (12.0 + 11.0 * nu)
         return Properties(y * z, y * z**3 / 12.0, z * y**3 / 12.0, J, shear, shear)
 

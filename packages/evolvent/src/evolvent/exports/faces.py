@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.results.motion import Forces, Frame, Line, Motion, turned
+from evolvent.results.motion import Forces, Frame, Line, Motion
+from evolvent.results.rotations import turned
 from evolvent.results.solids import Mesh
 from evolvent.results.surfaces import Surface
 from evolvent.view.views import OBLIQUE

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent.exports.request import Request, animation_of, samples_text, shown_size
-from evolvent.results.motion import from_rotation_vectors, product, quantity, quaternions, turns_between
+from evolvent.results.motion import quantity
+from evolvent.results.rotations import from_rotation_vectors, product, quaternions, turns_between
 from evolvent.results.solids import Solid
 from evolvent.view.animation import default_speed
 from evolvent_base.files import write_file

@@ -17,7 +17,7 @@ import numpy as np
 from evolvent.exports import vtp
 from evolvent.exports.request import Request, about, motion_of, samples_text, shown_size, size_of
 from evolvent.results import unfinished
-from evolvent.results.motion import turned
+from evolvent.results.rotations import turned
 from evolvent_base import progress
 from evolvent_base.errors import InputError, reason_of
 from evolvent_base.files import make_folder, writing

@@ -277,7 +277,6 @@ PointReferences = Annotated[
     tuple[str | tuple[str, units.Triple] | units.Triple, ...], Reference(what="points", points=True, several=True)
 ]
 BodyName = Annotated[str, Reference(what="a body")]
-BeamName = Annotated[str, Reference(what="a beam")]
 JointName = Annotated[str, Reference(what="a joint")]
 CoordinateName = Annotated[str, Reference(what="a spring of a joint, or a joint")]
 CoordinateNames = Annotated[tuple[str, ...], Reference(what="springs of joints, or joints", several=True)]

@@ -20,7 +20,8 @@ from markupsafe import Markup
 
 from evolvent import cases
 from evolvent.results import unfinished
-from evolvent.results.motion import Frame, Line, Motion, name_and_unit, turns_between
+from evolvent.results.motion import Frame, Line, Motion, name_and_unit
+from evolvent.results.rotations import turns_between
 from evolvent.results.solids import SECTORS, Solid
 from evolvent.view.views import views
 from evolvent_base import pages

@@ -50,8 +50,9 @@ from numpy.typing import ArrayLike
 
 from evolvent.elements import axis_shape
 from evolvent.results import display, unfinished, variables
-from evolvent.results.motion import Forces, Frame, Line, Marks, Motion, quaternions, turned
+from evolvent.results.motion import Forces, Frame, Line, Marks, Motion
 from evolvent.results.observe.view import about
+from evolvent.results.rotations import quaternions, turned
 from evolvent.results.solids import Solid
 from evolvent.results.surfaces import Surface
 

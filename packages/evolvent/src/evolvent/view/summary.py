@@ -10,7 +10,8 @@ import numpy as np
 import xarray as xr
 
 from evolvent.results import display, happened, variables
-from evolvent.results.motion import conjugate, product, quantity, rotation_vectors
+from evolvent.results.motion import quantity
+from evolvent.results.rotations import conjugate, product, rotation_vectors
 from evolvent.view import balance, show, table
 from evolvent.view.curves import distinct, largest_of, listed, stem_of
 from evolvent_base.figures import Figure, Line, Number, Panel

@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.results.motion import Array, Motion, turned, turns_between
+from evolvent.results.motion import Array, Motion
+from evolvent.results.rotations import turned, turns_between
 
 #: Direction of the oblique view: azimuth and elevation, rad.
 OBLIQUE = (-1.1, 0.6)

@@ -9,10 +9,10 @@ import numpy as np
 from evolvent.families.joints.observer import reactions
 from evolvent.kernels import rigid
 from evolvent.model import RESULTS
-from evolvent.results.motion import quaternions
 from evolvent.results.observe.shapes import solids_of
 from evolvent.results.observe.variables import Observed, Variable, cross, dot, norm, observer, turned_back
 from evolvent.results.observe.view import View
+from evolvent.results.rotations import quaternions
 
 Array = np.ndarray
 

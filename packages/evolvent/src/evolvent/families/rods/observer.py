@@ -7,9 +7,9 @@ import numpy as np
 from evolvent.assembly.families import bodies_of
 from evolvent.families.beams.observer import add_nodes, draw_line
 from evolvent.model import RESULTS
-from evolvent.results.motion import quaternions
 from evolvent.results.observe.variables import Observed, observer
 from evolvent.results.observe.view import View
+from evolvent.results.rotations import quaternions
 
 Array = np.ndarray
 #: Results of an element of which the rod has the sum.

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from evolvent.model import RESULTS, registry
-from evolvent.results.motion import quaternions
+from evolvent.results.rotations import quaternions
 
 Array = np.ndarray
 #: Names of the three components of a vector.

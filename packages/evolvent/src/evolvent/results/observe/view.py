@@ -20,9 +20,9 @@ from evolvent.model import RECORDS, RESULTS
 from evolvent.model.memory import take
 from evolvent.model.powers import N_POWERS
 from evolvent.model.registry import is_by_rates
-from evolvent.results.motion import rotation_matrices
 from evolvent.results.observe.variables import cross, turned
 from evolvent.results.observe.wrenches import fill_wrenches
+from evolvent.results.rotations import rotation_matrices
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.common.standing import end_ramps
 from evolvent.solvers.time.explicit.plan import METHODS
