@@ -26,7 +26,7 @@ from evolvent.solvers.common.matrices import matrix_for
 from evolvent.solvers.sensitivity import adjoint_start, recorded_energy_steps, recorded_steps
 from evolvent.solvers.sensitivity.adjoint_events import Jump, Jumps, Parameter, between, carried, difference, state_of
 from evolvent.solvers.sensitivity.adjoint_start import Start
-from evolvent.solvers.sensitivity.adjoint_support import by_rates, check, depends_on_time
+from evolvent.solvers.sensitivity.adjoint_support import are_smooth, by_rates, check, depends_on_time
 from evolvent.solvers.sensitivity.colours import coloured, equations_of, joined
 from evolvent.solvers.sensitivity.patches import Patch, Sides
 from evolvent.solvers.sensitivity.recorded_steps import (
@@ -44,11 +44,14 @@ from evolvent.solvers.sensitivity.steps_beside import TOGETHER, step_beside, tak
 from evolvent.solvers.sensitivity.transposed import (
     FACTOR,
     N_PACE,
+    N_PARTS,
     Linear,
+    columns_of,
     entries_of,
     turned_of,
     work_of_factors,
 )
+from evolvent.solvers.sensitivity.windows import windows_of
 from evolvent.solvers.time import run as runs
 from evolvent.solvers.time.implicit import loop as implicit_loop
 from evolvent.solvers.time.implicit.messages import reason
@@ -349,6 +352,9 @@ class Adjoint:
         states, move, event = np.zeros((4, lead.work.y.size)), np.zeros(self.n_v), by_event.shape[1]
         seeded = np.flatnonzero(np.any(by_sample, axis=(0, 2)))
         change, linear, groups = np.zeros(2 * self.n_v), self._linear(n), self._sides().size
+        if not self.lead.midpoint:
+            base = self.lead.plan.assembly
+            self.windows = windows_of(columns_of(equations_of(base), self.room), groups, n, are_smooth(base.model))
         changed: tuple[Any, Any, Any] = None, None, None
         for part in reversed(self.parts):
             if isinstance(part, Jump):
@@ -468,7 +474,7 @@ class Adjoint:
             steady=np.array(steady, dtype=np.int64), rated=np.array(rated, dtype=np.int64),
             rows=np.zeros((sides.size + 1, self.n_u)), changes=np.zeros((sides.size, self.n_u), dtype=np.int64),
             sides=sides, r=np.zeros(self.n_u), right=np.zeros(self.n_u), W=np.zeros((values, self.n_u)),
-            parts=np.zeros((5, self.n_u)), pace=np.zeros(N_PACE),
+            before=np.zeros((3, values, self.n_u)), parts=np.zeros((N_PARTS, self.n_u)), pace=np.zeros(N_PACE),
         )  # fmt: skip
         found.pace[FACTOR] = work_of_factors(self.room)
         first = next((part for part in self.parts if not isinstance(part, Jump)), None)
@@ -491,7 +497,8 @@ class Adjoint:
             )  # fmt: skip
         else:
             left = recorded_steps.pull_back(
-                first, last, recorded, self.room, self.transposed, model, models, self.lead.work, linear, now, rows
+                first, last, recorded, self.room, self.transposed, model, models, self.lead.work, linear, self.windows,
+                now, rows,
             )  # fmt: skip
         if left >= 0:
             t = float(recorded.numbers[left - 1, recorded_steps.TIME])
