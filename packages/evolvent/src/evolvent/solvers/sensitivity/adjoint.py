@@ -64,9 +64,9 @@ from evolvent_base.errors import InputError
 Array = np.ndarray
 #: Steps of a record, and bytes of all at most.
 STEPS_OF_TAPE, MOST_BYTES = 256, 4e9
-#: Correction at which an iteration has converged, at most: forces along stiff directions, which turn with
-#: them, are then those of the step.
-NEWTON = 1e-12
+#: Correction at which an iteration has converged, at most; and the same beside beams, rods and shells, so that forces
+#: along stiff directions, which turn with them, are those of the step.
+NEWTON = 1e-10, 1e-12
 #: States that are tried for the equations that a parameter changes; error, beside what both sides change, of what half
 #: the difference of both sides' numbers changes, and round-off of the equations, below which that is evaluated alone.
 TRIALS, EVEN, ROUND_OFF = 3, 1e-8, 1e-15
@@ -115,7 +115,8 @@ class Adjoint:
         for one in plans:
             one.options.corrects = 0
             if not one.options.midpoint:
-                one.options.newton = min(float(one.options.newton), NEWTON)
+                sharp = NEWTON[int(one.assembly.model.info.slender > 0)]
+                one.options.newton = min(float(one.options.newton), sharp)
         base = plans[0].assembly
         check(plans[0])
         self.lead, self.middle = (ImplicitRun(one) for one in plans)
@@ -353,8 +354,7 @@ class Adjoint:
         seeded = np.flatnonzero(np.any(by_sample, axis=(0, 2)))
         change, linear, groups = np.zeros(2 * self.n_v), self._linear(n), self._sides().size
         if not self.lead.midpoint:
-            base = self.lead.plan.assembly
-            self.windows = windows_of(columns_of(equations_of(base), self.room), groups, n, are_smooth(base.model))
+            self.windows = windows_of(self._columns(), groups, n, are_smooth(self.lead.model))
         changed: tuple[Any, Any, Any] = None, None, None
         for part in reversed(self.parts):
             if isinstance(part, Jump):
@@ -431,9 +431,7 @@ class Adjoint:
         models, addresses = self._changed_models(model)
         for own in (model, *models):
             start_run(float(work.loop.time), 1.0, 0.0, before.y, own, work.booked)
-        equations = [one[one >= self.n_v] for one in equations_of(self.lead.plan.assembly)]
-        starts, columns = joined(coloured(equations, (j for j in range(self.n_v) if equations[j].size)))
-        first, rows = joined([equations[j] for j in columns])
+        starts, columns, first, rows = self._shared("colours", self._colours_of_start)
         start = Start(
             y=before.y.copy(), A=after.dv1.copy(), la=after.la.copy(), starts=starts, columns=columns, first=first,
             rows=rows, near=np.zeros((3, before.y.size)), beside=np.zeros((2, self.n_u)), back=np.zeros((n, self.n_v)),
@@ -443,6 +441,12 @@ class Adjoint:
         if adjoint_start.pull_back_start(model, addresses, work, self.room, self.transposed, linear, start, now, found):
             raise InputError("the start has no derivative; take mode 'forward'")
         return found
+
+    def _colours_of_start(self) -> tuple[Array, Array, Array, Array]:
+        """Colours of the coordinates in constraints, and the constraints of each: as of `Start`."""
+        equations = [one[one >= self.n_v] for one in equations_of(self.lead.plan.assembly)]
+        starts, columns = joined(coloured(equations, (j for j in range(self.n_v) if equations[j].size)))
+        return starts, columns, *joined([equations[j] for j in columns])
 
     def _begin_beside(self, one: Parameter, resolves: int) -> Array:
         """Derivatives of the start by a parameter, (m,), by neighbours."""
@@ -464,13 +468,31 @@ class Adjoint:
             found[one.group] = len(one.patches)
         return found
 
+    def _shared(self, name: str, make: Callable[[], Any]) -> Any:
+        """What follows from the structure and the layout of its matrix; variants of a system share it."""
+        base = self.lead.plan.assembly
+        if base.shared is None or base.model.info.releases:
+            return make()
+        key = f"{name} of {self.room.values.size}"
+        if key not in base.shared:
+            base.shared[key] = make()
+        return base.shared[key]
+
+    def _columns(self) -> tuple[Array, Array, Array]:
+        """Entries that the matrix may have, by columns, as of `columns_of`."""
+        base = self.lead.plan.assembly
+        found: tuple[Array, Array, Array] = self._shared("columns", lambda: columns_of(equations_of(base), self.room))
+        return found
+
     def _linear(self, values: int) -> Linear:
         """Room for a step as a linear map, with the mass matrix, and derivatives of values."""
         size, sides, model = self.room.values.size, self._sides(), self.lead.model
         steady, rated = by_rates(model)
+        none = np.zeros((0, 5), dtype=np.int64)
+        turned = none if self.lead.midpoint else self._shared("turned", lambda: turned_of(model, self.room))
         found = Linear(
             A=np.zeros(size), K=np.zeros(size), M=np.zeros(0), places=np.zeros((0, 3), dtype=np.int64),
-            turned=np.zeros((0, 5), dtype=np.int64) if self.lead.midpoint else turned_of(model, self.room),
+            turned=turned,
             steady=np.array(steady, dtype=np.int64), rated=np.array(rated, dtype=np.int64),
             rows=np.zeros((sides.size + 1, self.n_u)), changes=np.zeros((sides.size, self.n_u), dtype=np.int64),
             sides=sides, r=np.zeros(self.n_u), right=np.zeros(self.n_u), W=np.zeros((values, self.n_u)),

@@ -42,8 +42,10 @@ from evolvent.solvers.sensitivity.transposed import (
     BY_RATE,
     BY_STATE,
     LINEAR,
+    MEASURED,
     MOST,
     TURNED,
+    UNSEEN,
     factor_again,
     keep_solutions,
     note_corrections,
@@ -325,7 +327,7 @@ def pull_back(first, last, recorded, room, matrix, model, models, work, linear, 
     am, af, beta, gamma = options.alpha_m, options.alpha_f, options.beta, options.gamma
     k, half = (1.0 - am) / (1.0 - af), 1.0 / (2.0 * beta) - 1.0
     right, parts, values = linear.right, linear.parts, derivatives.shape[0]
-    windows.counts[FIRST] = last + 1
+    windows.counts[FIRST], linear.pace[UNSEEN] = last + 1, MEASURED
     for n in range(last, first - 1, -1):
         h, part, dq = recorded.numbers[n, LENGTH], recorded.numbers[n, PART], recorded.dq[n]
         c_mass, c_rate = alpha.rates(h, options)

@@ -21,7 +21,7 @@ from evolvent.kernels.blocks import ROTATION
 from evolvent.solvers.sensitivity.windows import multiply_columns
 
 #: Corrections of a solution at most, where they have converged, and below which they may be round-off.
-MOST, CONVERGED, ROUNDED = 16, 1e-10, 1e-9
+MOST, CONVERGED, ROUNDED = 16, 1e-11, 1e-9
 #: Steps between two in which corrections are counted on to shrink only as far as they are seen to, and factors of the
 #: solutions behind a step, the next first, in what is predicted of its own.
 MEASURED, PREDICTION = 16, ((1.0, 0.0, 0.0), (2.0, -1.0, 0.0), (3.0, -3.0, 1.0))
@@ -357,10 +357,11 @@ def solve_transposed(dq, c_mass, q, row, linear, windows, matrix, model):
     _predict(dq, c_mass, q, row, linear, windows, model)
     fresh, count, last, worst = pace[SINCE] == 0.0, 0, math.inf, 0.0
     while True:
+        before = after = largest = change = 0.0
         for i in range(size):
             x[i] = parts[REST, i]
+            before = max(before, abs(x[i]))
         sparse_lu.solve(matrix, x)
-        largest = change = 0.0
         for i in range(size):
             W[i] += x[i]
             change, largest = max(change, abs(x[i])), max(largest, abs(W[i]))
@@ -372,12 +373,16 @@ def solve_transposed(dq, c_mass, q, row, linear, windows, matrix, model):
         if last < math.inf and last > 0.0:
             rate = change / last
             worst = max(worst, rate)
-        elif pace[UNSEEN] < MEASURED:
-            rate = pace[LEFT]
+        elif pace[UNSEEN] < MEASURED:  # but for equations that have become other ones
+            for i in range(size):
+                after = max(after, abs(parts[REST, i]))
+            rate = max(pace[LEFT], after / before if before > 0.0 else 0.0)
         left = change * min(1.0, SAFE * rate)
         if fresh or left <= CONVERGED * largest or (change > 0.5 * last and change <= ROUNDED * largest):
             break
         last = change
+    for i in range(model.info.nv):  # so that what is left is no part of the right side
+        parts[BY_MASS, i] += parts[REST, i] / c_mass
     if count > 1:
         pace[LEFT], pace[UNSEEN] = worst, 0.0
     pace[UNSEEN] += 1.0

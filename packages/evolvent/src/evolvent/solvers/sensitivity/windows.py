@@ -15,8 +15,9 @@ from evolvent.compiled.pointer import Struct, array
 
 #: Steps of a window that are evaluated; rows of matrices: of these, of the one that is compared, and of the present.
 NODES, COMPARED, PRESENT = 5, 5, 6
-#: Steps of a window, and those between two trials.
-SHORTEST, LONGEST, TRIED_AGAIN = 8, 64, 64
+#: Steps of a window, and those between two trials; and error of one beside what is allowed behind which there are
+#: more steps to the next.
+SHORTEST, LONGEST, TRIED_AGAIN, HOPELESS, LONG = 8, 64, 64, 1e3, 1024
 #: Errors of matrices beside their largest entry, and of rows beside theirs, and what of them lets a window grow.
 OFF_MATRIX, OFF_ROWS, GROWS = 1e-10, 1e-8, 1e-2
 #: Part of a step by which those of a window differ at most.
@@ -224,6 +225,8 @@ def note_trial(error, size, windows):
         counts[BETWEEN] = TRIED_AGAIN
         if error <= GROWS and size == counts[NEXT]:
             counts[NEXT] = min(2 * size, LONGEST)
+    elif error > HOPELESS:
+        counts[WAITS], counts[NEXT] = LONG, SHORTEST
     elif size >= 2 * SHORTEST:
         counts[NEXT] = size // 2
     else:
