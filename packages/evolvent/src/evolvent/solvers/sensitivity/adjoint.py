@@ -18,9 +18,7 @@ from numba import config
 from evolvent.algebra.sparse import INNER
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
-from evolvent.equations.implicit import residual
 from evolvent.equations.step_end import start_run
-from evolvent.kernels.blocks import displace
 from evolvent.model.registry import asked, cubic
 from evolvent.solvers.common.matrices import matrix_for
 from evolvent.solvers.sensitivity import adjoint_start, recorded_energy_steps, recorded_steps
@@ -28,6 +26,7 @@ from evolvent.solvers.sensitivity.adjoint_events import Jump, Jumps, Parameter, 
 from evolvent.solvers.sensitivity.adjoint_start import Start
 from evolvent.solvers.sensitivity.adjoint_support import are_smooth, by_rates, check, depends_on_time
 from evolvent.solvers.sensitivity.colours import coloured, equations_of, joined
+from evolvent.solvers.sensitivity.parameter_groups import group_parameters
 from evolvent.solvers.sensitivity.patches import Patch, Sides
 from evolvent.solvers.sensitivity.recorded_steps import (
     FULL,
@@ -67,11 +66,6 @@ STEPS_OF_TAPE, MOST_BYTES = 256, 4e9
 #: Correction at which an iteration has converged, at most; and the same beside beams, rods and shells, so that forces
 #: along stiff directions, which turn with them, are those of the step.
 NEWTON = 1e-10, 1e-12
-#: States that are tried for the equations that a parameter changes; error, beside what both sides change, of what half
-#: the difference of both sides' numbers changes, and round-off of the equations, below which that is evaluated alone.
-TRIALS, EVEN, ROUND_OFF = 3, 1e-8, 1e-15
-#: Change of numbers in which the equations are linear, beside that of both sides: round-off of the equations is less.
-WIDER = 256.0
 
 
 def _stops(base: Assembly, patch: Patch, times: Array) -> Array:
@@ -81,15 +75,6 @@ def _stops(base: Assembly, patch: Patch, times: Array) -> Array:
     model = base.model.copy()
     patch.write(model)
     return stops_of(dataclasses.replace(base, model=model), times)
-
-
-def _differ(both: Array, alone: Array, middle: Array, n_v: int) -> bool:
-    """Whether equations are not linear in what a parameter changes: forces and constraints have other sizes."""
-    for own in (slice(0, n_v), slice(n_v, None)):
-        same = EVEN * np.abs(both[own]).max(initial=0.0) + ROUND_OFF * np.abs(middle[own]).max(initial=0.0)
-        if np.any(np.abs(both[own] - alone[own]) > same):
-            return True
-    return False
 
 
 class OtherEquations(Exception):
@@ -175,7 +160,7 @@ class Adjoint:
         if model.info.redundant or self.lead.model.info.redundant:
             raise InputError("constraints are redundant, which the adjoint does not support; take mode 'forward'")
         self.start = model, work, self.lead.work.copy()
-        self._group()
+        group_parameters(self.lead, self.middle, self.parameters)
         lead, recorded, code = self.lead, self._new_record(), BUDGET
         self._at_steps = lead.model.copy()
         while code not in (DONE, STOPPED):
@@ -233,72 +218,6 @@ class Adjoint:
                 f"shorter run, or mode 'forward'"
             )
         return self._new_record()
-
-    def _group(self) -> None:
-        """Parameters that change different equations in one group, by states about the start at times of the run."""
-        rng, work, model, scratch = np.random.default_rng(0), self.lead.work, self.lead.model.copy(), self.middle.work
-        n_q, n_v, h = int(model.info.nq), self.n_v, float(self.lead.work.loop.step)
-        wide = {}
-        for one in self.parameters:
-            wide[one.name] = Patch.along(*one.sides.patches, 0.5 * WIDER)
-            one.patches, one.change_of_rows = (wide[one.name],), WIDER * one.change
-        sets = [[one] for one in self.parameters]
-        for t in np.linspace(float(self.lead.reached), float(work.samples[-1]), TRIALS).tolist():
-            y, size = work.y.copy(), 1e-2 * work.weight[:n_v]
-            displace(work.y, size * rng.uniform(-1, 1, n_v), False, self.lead.model, y)
-            y[n_q : n_q + n_v] += 1e2 * size * rng.uniform(-1, 1, n_v) / float(work.options.span)
-            scratch.y0[:], scratch.dq[:] = y, size * rng.uniform(-1, 1, n_v)
-            a, la = rng.uniform(-1, 1, n_v), rng.uniform(-1, 1, work.la.size)
-            middle = self._residual(t, h, y, a, la, model)
-            while sets:
-                some, sides = sets.pop(), []
-                for patches in zip(*((*one.sides.patches, wide[one.name]) for one in some), strict=True):
-                    for patch in patches:
-                        patch.write(model)
-                    sides.append(self._residual(t, h, y, a, la, model))
-                    for patch in patches:
-                        patch.undo(model)
-                differ = sides[0] != sides[1]
-                if len(some) > 1 and np.any(differ & ~np.any([one.rows for one in some], axis=0)):
-                    sets += [[one] for one in some]
-                    continue
-                both, alone = 0.5 * (sides[0] - sides[1]), (sides[2] - middle) / WIDER
-                for one in some:
-                    mine = one.rows if len(some) > 1 else np.ones(self.n_u, dtype=bool)
-                    one.rows |= differ & mine
-                    if _differ(both * mine, alone * mine, middle, n_v):
-                        one.patches, one.change_of_rows = one.sides.patches, one.change
-            sets = self._alike()
-        for own in sets:
-            if not np.any(own[0].rows):  # where it may change others later
-                own[0].patches, own[0].change_of_rows = own[0].sides.patches, own[0].change
-            if len(own) == 1:
-                own[0].rows[:] = True
-
-    def _alike(self) -> list[list[Parameter]]:
-        """Give each parameter its group, of parameters that change other equations; the parameters of each."""
-        taken: list[tuple[int, Array]] = []
-        found: list[list[Parameter]] = []
-        for one in self.parameters:
-            sides_of, own = len(one.patches), one.rows if np.any(one.rows) else np.ones(self.n_u, dtype=bool)
-            alike = (k for k, (count, rows) in enumerate(taken) if count == sides_of and not np.any(rows & own))
-            one.group = next(alike, len(taken))
-            if one.group == len(taken):
-                taken.append((sides_of, np.zeros(self.n_u, dtype=bool)))
-                found.append([])
-            taken[one.group][1][:] |= own
-            found[one.group].append(one)
-        return found
-
-    def _residual(self, t: float, h: float, y: Array, a: Array, la: Array, model: Any) -> Array:
-        """Equations of a state, or of energy-momentum of a step from `middle.work.y0` with the increments there."""
-        scratch = self.middle.work
-        if self.lead.midpoint:
-            scratch.la[:] = la
-            recorded_energy_steps.evaluate(t, h, model, scratch)
-        else:
-            residual(t, y, a, la, 0.0, 1.0, model, scratch.r, scratch.powers[0])
-        return np.array(scratch.r)
 
     def _part(self) -> None:
         """Each parameter in a group of its own."""

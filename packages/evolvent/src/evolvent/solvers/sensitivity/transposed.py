@@ -18,6 +18,7 @@ from evolvent.algebra.sparse import AT, BLOCK, COLUMN, COUNT, FIRST, SIZE, START
 from evolvent.compiled.jit import inlined
 from evolvent.compiled.pointer import Struct, array
 from evolvent.kernels.blocks import ROTATION
+from evolvent.kernels.rotations import cross
 from evolvent.solvers.sensitivity.windows import multiply_columns
 
 #: Corrections of a solution at most, where they have converged, and below which they may be round-off.
@@ -195,6 +196,17 @@ def _turn_factors(x, y, z):
 
 
 @inlined
+def turn(at, p, kept, first, second, x, out):
+    """Out = kept x + first p x x + second p x (p x x), of three coordinates from `at` on."""
+    a, b, c = p
+    ux, uy, uz = cross(a, b, c, x[at], x[at + 1], x[at + 2])
+    wx, wy, wz = cross(a, b, c, ux, uy, uz)
+    out[at] = kept * x[at] + first * ux + second * wx
+    out[at + 1] = kept * x[at + 1] + first * uy + second * wy
+    out[at + 2] = kept * x[at + 2] + first * uz + second * wz
+
+
+@inlined
 def turn_transposed(dq, moves, model, x, out):
     """Out = T^T x, or E^T x if `moves`: of turns by dq, the same for all other coordinates."""
     blocks, n_q = model.blocks, model.info.nq
@@ -203,15 +215,9 @@ def turn_transposed(dq, moves, model, x, out):
     for k in range(blocks.size):
         if blocks[k].kind == ROTATION:
             at = blocks[k].iv - n_q
-            a, b, c = dq[at], dq[at + 1], dq[at + 2]
-            by_turn, by_square, by_sine = _turn_factors(a, b, c)
-            first, second = (by_sine, by_turn) if moves else (by_turn, by_square)
-            px, py, pz = x[at], x[at + 1], x[at + 2]  # [d]x^T = -[d]x
-            ux, uy, uz = b * pz - c * py, c * px - a * pz, a * py - b * px
-            wx, wy, wz = b * uz - c * uy, c * ux - a * uz, a * uy - b * ux
-            out[at] += first * ux + second * wx
-            out[at + 1] += first * uy + second * wy
-            out[at + 2] += first * uz + second * wz
+            d = dq[at], dq[at + 1], dq[at + 2]
+            by_turn, by_square, by_sine = _turn_factors(*d)
+            turn(at, d, 1.0, by_sine if moves else by_turn, by_turn if moves else by_square, x, out)
 
 
 @inlined
