@@ -295,7 +295,7 @@ def _open_window(first, last, model, models, work, recorded, room, linear, windo
     if counts[SMOOTH] != 0 and counts[WAITS] == 0 and size >= SHORTEST and _are_alike(last - size + 1, last, recorded):
         place_nodes(last, size, windows)
         for slot in range(NODES + 1):
-            _differentiate(windows.nodes[slot], slot, model, models, work, recorded, room, linear, windows)
+            _differentiate(windows.steps[slot], slot, model, models, work, recorded, room, linear, windows)
         error = error_of(rated, windows)
         note_trial(error, size, windows)
         evaluated = NODES if error <= 1.0 else 1

@@ -33,7 +33,7 @@ class Windows(Struct):
     Attributes
     ----------
     counts : (N_COUNTS,) int
-    nodes : (NODES + 1,) int, steps that are evaluated, the last one of the window first; weights : (NODES,) float
+    steps : (NODES + 1,) int, those that are evaluated, the last one of the window first; weights : (NODES,) float
     first, entry, place : columns that K and C may have (`transposed.columns_of`)
     K, C : (PRESENT + 1, nk) float, of their columns
     K_first, C_first : (nv + nj + 1,) int, entries of each column of K and C, of which K_entry, C_entry : (nk,) int are
@@ -42,7 +42,7 @@ class Windows(Struct):
     """
 
     counts: np.ndarray = array(1, np.int64)
-    nodes: np.ndarray = array(1, np.int64)
+    steps: np.ndarray = array(1, np.int64)
     weights: np.ndarray = array(1)
     first: np.ndarray = array(1, np.int64)
     entry: np.ndarray = array(1, np.int64)
@@ -71,7 +71,7 @@ def windows_of(columns, groups, values, smooth):
     names = ("K_first", "C_first", "K_entry", "C_entry", "K_place", "C_place")
     return Windows(
         counts=counts,
-        nodes=np.zeros(NODES + 1, dtype=np.int64),
+        steps=np.zeros(NODES + 1, dtype=np.int64),
         weights=np.zeros(NODES),
         first=first,
         entry=entry,
@@ -87,7 +87,7 @@ def windows_of(columns, groups, values, smooth):
 @inlined
 def place_nodes(last, size, windows):
     """Steps that are evaluated in a window of some size up to a step, and the one that is compared."""
-    nodes, n = windows.nodes, size - 1
+    nodes, n = windows.steps, size - 1
     nodes[0], nodes[4] = last, last - n
     nodes[1], nodes[2], nodes[3] = last - int(0.146 * n + 0.5), last - n // 2, last - int(0.854 * n + 0.5)
     nodes[COMPARED] = last - int(0.32 * n + 0.5)
@@ -96,7 +96,7 @@ def place_nodes(last, size, windows):
 @inlined
 def weigh(n, windows):
     """Weights of the steps of a window that are evaluated in step n."""
-    nodes, weights = windows.nodes, windows.weights
+    nodes, weights = windows.steps, windows.weights
     for j in range(NODES):
         weight = 1.0
         for i in range(NODES):
@@ -120,7 +120,7 @@ def _off(of, weights):
 @inlined
 def error_of(rated, windows):
     """Error of a window beside what is allowed; rated : bool, whether there is C."""
-    weigh(windows.nodes[COMPARED], windows)
+    weigh(windows.steps[COMPARED], windows)
     off, largest = _off(windows.K, windows.weights)
     if rated:
         by_rate, most = _off(windows.C, windows.weights)
