@@ -12,9 +12,16 @@ from evolvent import System, elements, parts
 from evolvent.analysis import runs
 from evolvent.analysis.gradient import CHANGE
 from evolvent.analysis.settings import sample_times
+from evolvent.equations.implicit import residual, tangent
+from evolvent.model.powers import N_POWERS
+from evolvent.solvers.common.matrices import matrix_for
+from evolvent.solvers.sensitivity import adjoint as adjoint_module
 from evolvent.solvers.sensitivity.adjoint import Adjoint
+from evolvent.solvers.sensitivity.adjoint_support import are_smooth
 from evolvent.solvers.sensitivity.colours import coloured, equations_of
 from evolvent.solvers.sensitivity.patches import Sides
+from evolvent.solvers.sensitivity.transposed import columns_of
+from evolvent.solvers.sensitivity.windows import LONGEST, NEXT
 from evolvent_base.errors import InputError
 from structures.test_sensitivity import ALPHA, BOTH, ENERGY, differences, hinge, masses_in_a_row
 
@@ -146,3 +153,61 @@ def test_colours_of_a_plate_follow_from_its_elements() -> None:
     for own in groups:
         rows = np.concatenate([equations[j] for j in own])
         assert np.unique(rows).size == rows.size
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.1])
+def test_matrices_between_few_steps_give_what_each_step_gives(damping: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a smooth motion, in an eighth of the evaluations."""
+    system, samples = masses_in_a_row(4), sample_times(0.04)
+    system = system.with_values({f"s{k}.damping": damping for k in range(4)})
+    assembly, counts = system._assembled(), []
+    sides = [system.with_values({"m1.mass": 1.0 + side * 1e-6})._assembled() for side in (1.0, -1.0)]
+    found = []
+    for smooth in (True, False):
+        monkeypatch.setattr(adjoint_module, "are_smooth", lambda _, smooth=smooth: smooth)
+        adjoint = Adjoint(
+            lambda: runs.plan(assembly, samples, method=ALPHA, step=5e-5)[0],
+            [("m1.mass", 1e-6, Sides.of(assembly, (sides[0], sides[1]), "m1.mass"))],
+        )
+        assert adjoint.run()[0] == "success"
+        by_sample = np.zeros((1, samples.size, 2 * adjoint.n_v))
+        by_sample[0, -1, 0] = 1.0
+        found.append(adjoint.gradients(by_sample, np.zeros((1, 0))))
+        counts.append(int(adjoint.windows.counts[NEXT]))
+    assert counts[0] == LONGEST, counts
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-9)
+
+
+def test_forces_with_kinks_are_evaluated_in_each_step() -> None:
+    """Of springs that only pull, and of stops."""
+    assert are_smooth(masses_in_a_row(2)._assembled().model)
+    slack = masses_in_a_row(2)
+    slack.add(parts.Spring(a="m0", b="m1", stiffness=10.0, length=2.0, slack=True), "cord")
+    assert not are_smooth(slack._assembled().model)
+    stopped = driven_wheel()
+    assert not are_smooth(stopped._assembled().model)  # of a motor
+
+
+def test_all_entries_of_the_matrix_of_a_step_are_in_its_columns() -> None:
+    """No tangent has an entry outside of those that are multiplied by."""
+    assembly = swinging_pair()._assembled()
+    room = matrix_for(assembly)
+    _, _, place = columns_of(equations_of(assembly), room)
+    model, y = assembly.model.copy(), assembly.y
+    n = int(model.info.nv) + model.constraints.size
+    residual(
+        0.0,
+        y,
+        np.ones(int(model.info.nv)),
+        np.ones(n - int(model.info.nv)),
+        0.0,
+        1.0,
+        model,
+        np.zeros(n),
+        np.zeros(N_POWERS),
+    )
+    tangent(0.0, y, np.ones(n - int(model.info.nv)), 1.0, 1.0, 1.0, model, room)
+    outside = np.ones(room.values.size, dtype=bool)
+    outside[place] = False
+    assert np.any(room.values)
+    assert not np.any(room.values[outside])

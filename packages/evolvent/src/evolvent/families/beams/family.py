@@ -308,7 +308,7 @@ BEAMS = Family(
     of_step=False,
     adjoint=AdjointSupport(
         "its strains follow from the state, with all derivatives", filtered="strains of beams", timed=False, cubic=True,
-        mirrored=True,
+        mirrored=True, smooth=True,
     ),
     parts=Parts(
         reads_inertia=False, place=_place, heat=_heat,

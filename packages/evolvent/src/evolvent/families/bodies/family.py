@@ -255,6 +255,7 @@ BODIES = Family(
     adjoint=AdjointSupport(
         "its inertia follows from the state, and so do the derivatives of it",
         timed=lambda found: (found["path"] != 0) | (found["rate"] != 0.0), mirrored=where("motion", rigid.DRIVEN),
+        smooth=lambda found: found["path"] == 0,
     ),
     parts=Parts(
         consists=lambda row, k: range(k, k + 1), changes="mass inertia spin_inertia", reads_inertia=False,

@@ -112,7 +112,7 @@ POINTS = Family(
     smooth=True,
     stiff=False,
     of_step=False,
-    adjoint=AdjointSupport("its mass is constant", timed=False, rates=False, mirrored=True),
+    adjoint=AdjointSupport("its mass is constant", timed=False, rates=False, mirrored=True, smooth=True),
     parts=Parts(changes="mass compliance", reads_inertia=False, place=_place),
     state=State(
         unknowns=(Coordinates(_positions, 40, lambda found: 3 * int(np.sum(found["mass"] > 0.0))),), points=_point,

@@ -187,6 +187,7 @@ REDUCED_BODIES = Family(
     of_step=False,
     adjoint=AdjointSupport(
         "its stiffness is constant in its modes", filtered="strains of reduced bodies", timed=False,
+        smooth=True,
     ),
     parts=Parts(consists=lambda row, _: _nodes(row), place=_place),
     state=State(unknowns=(Coordinates(_modal, 70, lambda found: 0),), sizes=_sizes, points=_points),

@@ -34,9 +34,8 @@ def observe_reduced(view: View, name: str) -> Observed:
     found.variables["attitude"] = Variable(("time", "quaternion"), attitude(view, view.model.bodies[frame]), "1", text)
     found.vector("velocity", pose.v, "m s-1", "velocity of the frame, inertial axes")
     found.vector("rate", turned_back(pose.R, pose.w), "rad s-1", "angular velocity of the frame, its axes")
-    poses = [view.pose(b) for b in nodes]
     found.coordinate("interface", "interface", np.array(part.model.names), "1", "names of the interface nodes")
-    x = np.stack([one.x for one in poses], axis=1)
+    x = view.poses(nodes).x
     found.along("interface_position", "interface", x, "m", "positions of the interface nodes, inertial axes")
     q = view.coordinates(int(row["iq"]), int(row["modes"]))
     moved = (q @ axes.shapes[: 6 * len(nodes)].T).reshape(len(q), len(nodes), 6)

@@ -349,6 +349,7 @@ COORDINATES = Family(
         "its torque follows from the state, with all derivatives; that it latches is found by neighbours", timed=False,
         refused={"joints have friction": lambda found: found["friction"] > 0.0},
         mirrored=lambda found: (found["kind"] == axial.TRAVEL) & (found["friction"] == 0.0),
+        smooth=lambda found: (found["stop"] == 0.0) & (found["friction"] == 0.0),
     ),
     parts=Parts(
         is_motion=True, changes="stiffness damping rest friction stick low high stop latch_stiffness latch_damping",

@@ -21,7 +21,7 @@ SEAMS = Family(
     advice=Advice(explicit=True),
     of_step=False,
     stiff=False,
-    adjoint=AdjointSupport("joints hold it", timed=False, rates=False),
+    adjoint=AdjointSupport("joints hold it", timed=False, rates=False, smooth=True),
     parts=Parts(reads_inertia=False),
     statics=Statics(uneven=never),
 )  # fmt: skip

@@ -82,7 +82,7 @@ SYNCHRONIZATIONS = Family(
     ),
     smooth=True,
     of_step=False,
-    adjoint=AdjointSupport("its torque follows from the state, with all derivatives", timed=False),
+    adjoint=AdjointSupport("its torque follows from the state, with all derivatives", timed=False, smooth=True),
     parts=Parts(several=True, changes="stiffness damping", reads_inertia=False),
     torques=Torques(apply=apply, tangent=apply_tangent),
     explicit=Explicit(force=explicit_force),

@@ -56,7 +56,9 @@ EVENTS = Family(
     smooth=True,
     stiff=False,
     of_step=False,
-    adjoint=AdjointSupport("it is no force; its time is found by neighbours", timed=False, rates=False, mirrored=True),
+    adjoint=AdjointSupport(
+        "it is no force; its time is found by neighbours", timed=False, rates=False, mirrored=True, smooth=True
+    ),
     parts=Parts(reads_inertia=False),
     statics=Statics(uneven=never),
 )  # fmt: skip

@@ -216,6 +216,7 @@ JOINTS = Family(
         "its gap follows from the state and time, with all derivatives",
         timed=lambda found: (found["path"] != 0) | (found["law"] != 0), rates=lambda model: model.info.penalties > 0,
         mirrored=lambda found: np.isin(found["kind"], (joint.POINT, joint.DIRECTION)),
+        smooth=lambda found: (found["path"] == 0) & (found["law"] == 0),
     ),
     notes=Notes(tensions=_tensions),
     parts=Parts(changes="", reads_inertia=False),

@@ -32,7 +32,7 @@ _HELD_BY_JOINTS: dict[str, Any] = {
     "advice": Advice(explicit=True),
     "of_step": False,
     "stiff": False,
-    "adjoint": AdjointSupport("joints hold it", timed=False, rates=False),
+    "adjoint": AdjointSupport("joints hold it", timed=False, rates=False, smooth=True),
     "statics": Statics(uneven=never),
 }
 

@@ -46,7 +46,9 @@ NETS = Family(
     smooth=True,
     stiff=False,
     of_step=False,
-    adjoint=AdjointSupport("its nodes are points, and its cords springs", timed=False, rates=False, mirrored=True),
+    adjoint=AdjointSupport(
+        "its nodes are points, and its cords springs", timed=False, rates=False, mirrored=True, smooth=True
+    ),
     parts=Parts(reads_inertia=False, place=_place, contains=_parts),
     state=State(extents=lambda found: found["aperture"]),
     statics=Statics(uneven=never),

@@ -346,6 +346,7 @@ RODS = Family(
     adjoint=AdjointSupport(
         "its strains follow from the state, with all derivatives", filtered="strains of rods",
         timed=lambda found: found["payout"] != 0, rates=_by_rates,
+        smooth=lambda found: found["payout"] == 0,
         refused={"rods have a section that is a tape": lambda found: found["tape"] > 0},
     ),
     parts=Parts(

@@ -30,8 +30,8 @@ def observe_rod(view: View, name: str) -> Observed:
     velocities; `arc` and `arc_node` are those of the whole length.
     """
     index, part, found = view.index(name), view.part(name), Observed()
-    poses = [view.pose(b) for b in bodies_of(view.model, "rods", index)]
-    R = np.stack([pose.R for pose in poses], axis=1)
+    poses = view.poses(bodies_of(view.model, "rods", index))
+    R = poses.R
     row, fields = view.model.rods[index], view.fields["rod_elements"]
     words = {"slopes": "directions of the sections' x axes at the nodes"}
     add_nodes(view, row, part, words | {"curvature": "rotation of the sections per length"}, found)
@@ -39,8 +39,7 @@ def observe_rod(view: View, name: str) -> Observed:
     found.attitudes("attitude", "node", R, text)
     text = "turns of the nodes' sections about the root's axis x, against the root's section"
     found.along("twist_angle", "node", _twist_angles(R), "rad", text)
-    rate = np.stack([pose.w for pose in poses], axis=1)
-    found.along("rate", "node", rate, "rad s-1", "angular velocities of the nodes' sections, inertial axes")
+    found.along("rate", "node", poses.w, "rad s-1", "angular velocities of the nodes' sections, inertial axes")
     own = slice(int(row["first_element"]), int(row["first_element"] + row["elements"]))
     found.results_along("rod_elements", fields, own, "element", (*_SUMS, "free"), "in the middle of each element")
     flat: list[str] = []

@@ -285,6 +285,7 @@ SHELLS = Family(
     adjoint=AdjointSupport(
         "its strains follow from the state, with all derivatives", filtered="strains of shells", timed=False,
         rates=lambda model: bool(np.any(model.shells["alpha"]) or np.any(model.shell_elements["beta"])),
+        smooth=True,
     ),
     parts=Parts(
         consists=lambda row, _: _nodes(row), place=_place, near=_near, touches=_touches, faces=_faces, heat=_heat,

@@ -80,9 +80,7 @@ def observe_shell(view: View, name: str) -> Observed:
 def _observe_nodes(view: View, name: str, found: Observed) -> None:
     """Motion of the nodes."""
     bodies = bodies_of(view.model, "shells", view.index(name))
-    poses = [view.pose(b) for b in bodies]
-    x, v, w = (np.stack([getattr(pose, key) for pose in poses], axis=1) for key in ("x", "v", "w"))
-    R = np.stack([pose.R for pose in poses], axis=1)
+    x, R, v, w = view.poses(bodies)
     start = view.model.bodies["x0"][np.array(bodies)]
     found.along("position", "node", x, "m", "positions of the nodes, inertial axes")
     found.along("displacement", "node", x - start, "m", "displacements of the nodes from the start")
@@ -222,14 +220,15 @@ def _bends(view: View, index: int) -> bool:
     """Whether normals turn against the axes of the first node."""
     bodies = bodies_of(view.model, "shells", index)
     start = view.model.bodies["R0"][np.array(bodies)]
-    first, before = view.pose(bodies[0]).R, start[0].T @ start[..., 2].T
-    turns = (np.swapaxes(first, -1, -2) @ view.pose(b).R[:, :, 2, None] for b in bodies)
-    return any(float(np.abs(x[..., 0] - before[:, k]).max(initial=0.0)) > _BENT for k, x in enumerate(turns))
+    R, before = view.poses(bodies).R, start[0].T @ start[..., 2].T
+    turns = np.swapaxes(R[:, 0], -1, -2) @ np.swapaxes(R[..., 2], -1, -2)
+    return float(np.abs(turns - before).max(initial=0.0)) > _BENT
 
 
 def _directions(view: View, index: int) -> Array:
     """First axes (nt, n, 3) of the nodes, inertial axes."""
-    return np.stack([view.pose(b).R[:, :, 0] for b in bodies_of(view.model, "shells", index)], axis=1)
+    found: Array = view.poses(bodies_of(view.model, "shells", index)).R[..., 0]
+    return found
 
 
 def _principal(one: Array, two: Array, both: Array) -> Array:

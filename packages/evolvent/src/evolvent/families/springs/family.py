@@ -185,6 +185,7 @@ SPRINGS = Family(
     adjoint=AdjointSupport(
         "its force follows from the state, with all derivatives", timed=calls_law, mirrored=True,
         rates=lambda model: any(np.any(model.springs[name]) for name in ("law", "damping", "lateral_damping")),
+        smooth=lambda found: (found["slack"] == 0) & (found["law"] == 0),
     ),
     parts=Parts(changes="stiffness damping length lateral_stiffness lateral_damping", reads_inertia=False),
     explicit=Explicit(note_stage=springs.note_lines),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 import threading
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -276,6 +276,21 @@ class View:
         if index not in self._poses:
             self._poses[index] = self._pose(self.model.bodies[index])
         return self._poses[index]
+
+    def poses(self, indices: Sequence[int]) -> Pose:
+        """Motion of n bodies: x, v, w (nt, n, 3) and R (nt, n, 3, 3); of those that move freely it is found at once."""
+        free = [k for k in indices if k not in self._poses and self.model.bodies[k]["motion"] == rigid.FREE]
+        if free:
+            rows = self.model.bodies[np.array(free)]
+            q, x, v, rate = (
+                self.y[:, rows[key][:, None] + np.arange(first, first + size)]
+                for key, first, size in (("iq", 3, 4), ("iq", 0, 3), ("iv", 0, 3), ("iv", 3, 3))
+            )
+            R = rotation_matrices(q / np.sqrt(np.einsum("tki,tki->tk", q, q))[..., None])
+            w = turned(R.reshape(-1, 3, 3), rate.reshape(-1, 3)).reshape(rate.shape)
+            self._poses |= {k: Pose(x[:, j], R[:, j], v[:, j], w[:, j]) for j, k in enumerate(free)}
+        found = [self.pose(k) for k in indices]
+        return Pose(*(np.stack(own, axis=1) for own in zip(*found, strict=True)))
 
     def _pose(self, body: Any) -> Pose:
         n, q, at = self.t.size, int(body["iq"]), int(body["iv"])

@@ -18,16 +18,15 @@ from numba import config
 from evolvent.algebra.sparse import INNER
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
-from evolvent.equations.implicit import residual
 from evolvent.equations.step_end import start_run
-from evolvent.kernels.blocks import displace
 from evolvent.model.registry import asked, cubic
 from evolvent.solvers.common.matrices import matrix_for
 from evolvent.solvers.sensitivity import adjoint_start, recorded_energy_steps, recorded_steps
 from evolvent.solvers.sensitivity.adjoint_events import Jump, Jumps, Parameter, between, carried, difference, state_of
 from evolvent.solvers.sensitivity.adjoint_start import Start
-from evolvent.solvers.sensitivity.adjoint_support import by_rates, check, depends_on_time
+from evolvent.solvers.sensitivity.adjoint_support import are_smooth, by_rates, check, depends_on_time
 from evolvent.solvers.sensitivity.colours import coloured, equations_of, joined
+from evolvent.solvers.sensitivity.parameter_groups import group_parameters
 from evolvent.solvers.sensitivity.patches import Patch, Sides
 from evolvent.solvers.sensitivity.recorded_steps import (
     FULL,
@@ -44,11 +43,14 @@ from evolvent.solvers.sensitivity.steps_beside import TOGETHER, step_beside, tak
 from evolvent.solvers.sensitivity.transposed import (
     FACTOR,
     N_PACE,
+    N_PARTS,
     Linear,
+    columns_of,
     entries_of,
     turned_of,
     work_of_factors,
 )
+from evolvent.solvers.sensitivity.windows import windows_of
 from evolvent.solvers.time import run as runs
 from evolvent.solvers.time.implicit import loop as implicit_loop
 from evolvent.solvers.time.implicit.messages import reason
@@ -61,14 +63,9 @@ from evolvent_base.errors import InputError
 Array = np.ndarray
 #: Steps of a record, and bytes of all at most.
 STEPS_OF_TAPE, MOST_BYTES = 256, 4e9
-#: Correction at which an iteration has converged, at most: forces along stiff directions, which turn with
-#: them, are then those of the step.
-NEWTON = 1e-12
-#: States that are tried for the equations that a parameter changes; error, beside what both sides change, of what half
-#: the difference of both sides' numbers changes, and round-off of the equations, below which that is evaluated alone.
-TRIALS, EVEN, ROUND_OFF = 3, 1e-8, 1e-15
-#: Change of numbers in which the equations are linear, beside that of both sides: round-off of the equations is less.
-WIDER = 256.0
+#: Correction at which an iteration has converged, at most; and the same beside beams, rods and shells, so that forces
+#: along stiff directions, which turn with them, are those of the step.
+NEWTON = 1e-10, 1e-12
 
 
 def _stops(base: Assembly, patch: Patch, times: Array) -> Array:
@@ -78,15 +75,6 @@ def _stops(base: Assembly, patch: Patch, times: Array) -> Array:
     model = base.model.copy()
     patch.write(model)
     return stops_of(dataclasses.replace(base, model=model), times)
-
-
-def _differ(both: Array, alone: Array, middle: Array, n_v: int) -> bool:
-    """Whether equations are not linear in what a parameter changes: forces and constraints have other sizes."""
-    for own in (slice(0, n_v), slice(n_v, None)):
-        same = EVEN * np.abs(both[own]).max(initial=0.0) + ROUND_OFF * np.abs(middle[own]).max(initial=0.0)
-        if np.any(np.abs(both[own] - alone[own]) > same):
-            return True
-    return False
 
 
 class OtherEquations(Exception):
@@ -112,7 +100,8 @@ class Adjoint:
         for one in plans:
             one.options.corrects = 0
             if not one.options.midpoint:
-                one.options.newton = min(float(one.options.newton), NEWTON)
+                sharp = NEWTON[int(one.assembly.model.info.slender > 0)]
+                one.options.newton = min(float(one.options.newton), sharp)
         base = plans[0].assembly
         check(plans[0])
         self.lead, self.middle = (ImplicitRun(one) for one in plans)
@@ -171,7 +160,7 @@ class Adjoint:
         if model.info.redundant or self.lead.model.info.redundant:
             raise InputError("constraints are redundant, which the adjoint does not support; take mode 'forward'")
         self.start = model, work, self.lead.work.copy()
-        self._group()
+        group_parameters(self.lead, self.middle, self.parameters)
         lead, recorded, code = self.lead, self._new_record(), BUDGET
         self._at_steps = lead.model.copy()
         while code not in (DONE, STOPPED):
@@ -230,72 +219,6 @@ class Adjoint:
             )
         return self._new_record()
 
-    def _group(self) -> None:
-        """Parameters that change different equations in one group, by states about the start at times of the run."""
-        rng, work, model, scratch = np.random.default_rng(0), self.lead.work, self.lead.model.copy(), self.middle.work
-        n_q, n_v, h = int(model.info.nq), self.n_v, float(self.lead.work.loop.step)
-        wide = {}
-        for one in self.parameters:
-            wide[one.name] = Patch.along(*one.sides.patches, 0.5 * WIDER)
-            one.patches, one.change_of_rows = (wide[one.name],), WIDER * one.change
-        sets = [[one] for one in self.parameters]
-        for t in np.linspace(float(self.lead.reached), float(work.samples[-1]), TRIALS).tolist():
-            y, size = work.y.copy(), 1e-2 * work.weight[:n_v]
-            displace(work.y, size * rng.uniform(-1, 1, n_v), False, self.lead.model, y)
-            y[n_q : n_q + n_v] += 1e2 * size * rng.uniform(-1, 1, n_v) / float(work.options.span)
-            scratch.y0[:], scratch.dq[:] = y, size * rng.uniform(-1, 1, n_v)
-            a, la = rng.uniform(-1, 1, n_v), rng.uniform(-1, 1, work.la.size)
-            middle = self._residual(t, h, y, a, la, model)
-            while sets:
-                some, sides = sets.pop(), []
-                for patches in zip(*((*one.sides.patches, wide[one.name]) for one in some), strict=True):
-                    for patch in patches:
-                        patch.write(model)
-                    sides.append(self._residual(t, h, y, a, la, model))
-                    for patch in patches:
-                        patch.undo(model)
-                differ = sides[0] != sides[1]
-                if len(some) > 1 and np.any(differ & ~np.any([one.rows for one in some], axis=0)):
-                    sets += [[one] for one in some]
-                    continue
-                both, alone = 0.5 * (sides[0] - sides[1]), (sides[2] - middle) / WIDER
-                for one in some:
-                    mine = one.rows if len(some) > 1 else np.ones(self.n_u, dtype=bool)
-                    one.rows |= differ & mine
-                    if _differ(both * mine, alone * mine, middle, n_v):
-                        one.patches, one.change_of_rows = one.sides.patches, one.change
-            sets = self._alike()
-        for own in sets:
-            if not np.any(own[0].rows):  # where it may change others later
-                own[0].patches, own[0].change_of_rows = own[0].sides.patches, own[0].change
-            if len(own) == 1:
-                own[0].rows[:] = True
-
-    def _alike(self) -> list[list[Parameter]]:
-        """Give each parameter its group, of parameters that change other equations; the parameters of each."""
-        taken: list[tuple[int, Array]] = []
-        found: list[list[Parameter]] = []
-        for one in self.parameters:
-            sides_of, own = len(one.patches), one.rows if np.any(one.rows) else np.ones(self.n_u, dtype=bool)
-            alike = (k for k, (count, rows) in enumerate(taken) if count == sides_of and not np.any(rows & own))
-            one.group = next(alike, len(taken))
-            if one.group == len(taken):
-                taken.append((sides_of, np.zeros(self.n_u, dtype=bool)))
-                found.append([])
-            taken[one.group][1][:] |= own
-            found[one.group].append(one)
-        return found
-
-    def _residual(self, t: float, h: float, y: Array, a: Array, la: Array, model: Any) -> Array:
-        """Equations of a state, or of energy-momentum of a step from `middle.work.y0` with the increments there."""
-        scratch = self.middle.work
-        if self.lead.midpoint:
-            scratch.la[:] = la
-            recorded_energy_steps.evaluate(t, h, model, scratch)
-        else:
-            residual(t, y, a, la, 0.0, 1.0, model, scratch.r, scratch.powers[0])
-        return np.array(scratch.r)
-
     def _part(self) -> None:
         """Each parameter in a group of its own."""
         for k, one in enumerate(self.parameters):
@@ -349,6 +272,8 @@ class Adjoint:
         states, move, event = np.zeros((4, lead.work.y.size)), np.zeros(self.n_v), by_event.shape[1]
         seeded = np.flatnonzero(np.any(by_sample, axis=(0, 2)))
         change, linear, groups = np.zeros(2 * self.n_v), self._linear(n), self._sides().size
+        if not self.lead.midpoint:
+            self.windows = windows_of(self._columns(), groups, n, are_smooth(self.lead.model))
         changed: tuple[Any, Any, Any] = None, None, None
         for part in reversed(self.parts):
             if isinstance(part, Jump):
@@ -425,9 +350,7 @@ class Adjoint:
         models, addresses = self._changed_models(model)
         for own in (model, *models):
             start_run(float(work.loop.time), 1.0, 0.0, before.y, own, work.booked)
-        equations = [one[one >= self.n_v] for one in equations_of(self.lead.plan.assembly)]
-        starts, columns = joined(coloured(equations, (j for j in range(self.n_v) if equations[j].size)))
-        first, rows = joined([equations[j] for j in columns])
+        starts, columns, first, rows = self._shared("colours", self._colours_of_start)
         start = Start(
             y=before.y.copy(), A=after.dv1.copy(), la=after.la.copy(), starts=starts, columns=columns, first=first,
             rows=rows, near=np.zeros((3, before.y.size)), beside=np.zeros((2, self.n_u)), back=np.zeros((n, self.n_v)),
@@ -437,6 +360,12 @@ class Adjoint:
         if adjoint_start.pull_back_start(model, addresses, work, self.room, self.transposed, linear, start, now, found):
             raise InputError("the start has no derivative; take mode 'forward'")
         return found
+
+    def _colours_of_start(self) -> tuple[Array, Array, Array, Array]:
+        """Colours of the coordinates in constraints, and the constraints of each: as of `Start`."""
+        equations = [one[one >= self.n_v] for one in equations_of(self.lead.plan.assembly)]
+        starts, columns = joined(coloured(equations, (j for j in range(self.n_v) if equations[j].size)))
+        return starts, columns, *joined([equations[j] for j in columns])
 
     def _begin_beside(self, one: Parameter, resolves: int) -> Array:
         """Derivatives of the start by a parameter, (m,), by neighbours."""
@@ -458,17 +387,35 @@ class Adjoint:
             found[one.group] = len(one.patches)
         return found
 
+    def _shared(self, name: str, make: Callable[[], Any]) -> Any:
+        """What follows from the structure and the layout of its matrix; variants of a system share it."""
+        base = self.lead.plan.assembly
+        if base.shared is None or base.model.info.releases:
+            return make()
+        key = f"{name} of {self.room.values.size}"
+        if key not in base.shared:
+            base.shared[key] = make()
+        return base.shared[key]
+
+    def _columns(self) -> tuple[Array, Array, Array]:
+        """Entries that the matrix may have, by columns, as of `columns_of`."""
+        base = self.lead.plan.assembly
+        found: tuple[Array, Array, Array] = self._shared("columns", lambda: columns_of(equations_of(base), self.room))
+        return found
+
     def _linear(self, values: int) -> Linear:
         """Room for a step as a linear map, with the mass matrix, and derivatives of values."""
         size, sides, model = self.room.values.size, self._sides(), self.lead.model
         steady, rated = by_rates(model)
+        none = np.zeros((0, 5), dtype=np.int64)
+        turned = none if self.lead.midpoint else self._shared("turned", lambda: turned_of(model, self.room))
         found = Linear(
             A=np.zeros(size), K=np.zeros(size), M=np.zeros(0), places=np.zeros((0, 3), dtype=np.int64),
-            turned=np.zeros((0, 5), dtype=np.int64) if self.lead.midpoint else turned_of(model, self.room),
+            turned=turned,
             steady=np.array(steady, dtype=np.int64), rated=np.array(rated, dtype=np.int64),
             rows=np.zeros((sides.size + 1, self.n_u)), changes=np.zeros((sides.size, self.n_u), dtype=np.int64),
             sides=sides, r=np.zeros(self.n_u), right=np.zeros(self.n_u), W=np.zeros((values, self.n_u)),
-            parts=np.zeros((5, self.n_u)), pace=np.zeros(N_PACE),
+            before=np.zeros((3, values, self.n_u)), parts=np.zeros((N_PARTS, self.n_u)), pace=np.zeros(N_PACE),
         )  # fmt: skip
         found.pace[FACTOR] = work_of_factors(self.room)
         first = next((part for part in self.parts if not isinstance(part, Jump)), None)
@@ -491,7 +438,8 @@ class Adjoint:
             )  # fmt: skip
         else:
             left = recorded_steps.pull_back(
-                first, last, recorded, self.room, self.transposed, model, models, self.lead.work, linear, now, rows
+                first, last, recorded, self.room, self.transposed, model, models, self.lead.work, linear, self.windows,
+                now, rows,
             )  # fmt: skip
         if left >= 0:
             t = float(recorded.numbers[left - 1, recorded_steps.TIME])

@@ -26,19 +26,18 @@ from evolvent.algebra.sparse import AT, BLOCK, COLUMN, COUNT, FIRST, SIZE, SPARS
 from evolvent.compiled.jit import INTEGERS, MATRIX, indirect, inlined
 from evolvent.compiled.pointer import Struct, array, at_address
 from evolvent.equations.implicit import residual, tangent
-from evolvent.kernels import constraints, rigid
+from evolvent.kernels import constraints
 from evolvent.kernels.blocks import ROTATION, displace
 from evolvent.kernels.rotations import cross
 from evolvent.model import MODEL
 from evolvent.solvers.sensitivity.transposed import LINEAR, multiply, transpose, turn_transposed
-from evolvent.solvers.time.implicit.alpha_start import accelerations_at
+from evolvent.solvers.time.implicit.alpha_start import JERK, accelerations_at, find_second_rates
 from evolvent.solvers.time.implicit.alpha_tangent import short_c_mass
 from evolvent.solvers.time.implicit.workspace import WORKSPACE
 
 _I = types.int64
-#: Steps along the motion by which g'' and J are differences, of the start's, and change of a coordinate in a step by
-#: which g'' is derived, beside its size.
-ALONG, JERK, MOVE = 1e-3, 1e-2, 1e-3
+#: Change of a coordinate in a step by which g'' is derived, beside its size.
+MOVE = 1e-3
 #: Rows of `Start.scratch`.
 Z, N, MU, J, FREE, RIGHT, L, OUT, TURNED, N_ROWS = range(10)
 _model_at = at_address(MODEL)
@@ -81,33 +80,11 @@ def _holds(t, k, model):
 
 
 @inlined
-def _bend(t, y, A, model, work, moved, out):
-    """Write g'' of the constraints that hold, behind the unknowns of motion in `out`; moved : (ny,) float, scratch."""
-    n_q, n_v, rows = model.info.nq, model.info.nv, model.constraints
-    d = ALONG * work.options.span
-    for k in range(rows.size):
-        out[n_v + k] = 0.0
-    for _ in range(2 if rows.size > 0 else 0):
-        for i in range(n_v):
-            work.dq[i] = d * y[n_q + i] + 0.5 * d * d * A[i]
-        for i in range(y.size):
-            moved[i] = y[i]
-        displace(y, work.dq, False, model, moved)
-        for i in range(n_v):
-            moved[n_q + i] = y[n_q + i] + d * A[i]
-        rigid.kinematics(t + d, moved, model)
-        for k in range(rows.size):
-            constraints.measure(constraints.STATE, t + d, moved, k, model)
-            out[n_v + k] += rows[k].rate / (2.0 * d)
-        d = -d
-
-
-@inlined
 def _equations(t, y, A, la, bends, model, work, moved, out):
     """R of a state, without g'' unless `bends`."""
     n_v = model.info.nv
     if bends:
-        _bend(t, y, A, model, work, moved, out)
+        find_second_rates(t, y, A, model, work, moved, out)
     residual(t, y, A, la, 0.0, 1.0, model, work.r, work.powers[0])
     for i in range(work.r.size):
         if i < n_v or not _holds(t, i - n_v, model):
@@ -132,7 +109,7 @@ def _add_rows(t, y, A, la, less, part, model, models, work, start, linear):
                 own = _model_at(models[2 * g + side])
             _equations(t, y, A, la, True, own, work, start.near[2], out)
             if part:
-                _bend(t, y, less, own, work, start.near[2], free)
+                find_second_rates(t, y, less, own, work, start.near[2], free)
                 for i in range(n_v, size):
                     if _holds(t, i - n_v, model):
                         out[i] -= free[i]
@@ -301,7 +278,7 @@ def _pull_beside(t, side, d, model, models, work, room, matrix, linear, start, f
                 displace(start.y, work.dq, False, model, y)
                 for i in range(n_v):
                     y[n_q + i] = start.y[n_q + i] + d * (start.A[i] + rows[TURNED, i])
-                _bend(t + d, y, B, model, work, moved, out)
+                find_second_rates(t + d, y, B, model, work, moved, out)
                 for p in range(start.starts[k], start.starts[k + 1]):
                     j = start.columns[p]
                     for e in range(start.first[p], start.first[p + 1]):

@@ -8,7 +8,7 @@ import numpy as np
 
 from evolvent.assembly.families import owner
 from evolvent.compiled import lookups
-from evolvent.model.family import some
+from evolvent.model.family import every, some
 from evolvent.model.questions import AdjointSupport
 from evolvent.model.registry import cubic, families, whole
 from evolvent.solvers.sensitivity import recorded_energy_steps
@@ -77,6 +77,12 @@ def cost(plan: Any, values: int, keys: int) -> float:
 def depends_on_time(model: Any) -> bool:
     """Whether forces or constraints are functions of time, of the families that are supported."""
     return any(some(family.adjoint.timed, family.records(model)) for family in whole() if family.adjoint is not None)
+
+
+def are_smooth(model: Any) -> bool:
+    """Whether all forces have derivatives that are smooth functions of the state, between latches and changes."""
+    own = ((family.adjoint, family.records(model)) for family in whole())
+    return all(support is not None and every(support.smooth, found) for support, found in own if found.size)
 
 
 def by_rates(model: Any) -> tuple[list[int], list[int]]:

@@ -36,7 +36,6 @@ from evolvent.compiled.jit import INTEGERS, MATRIX, REAL, indirect, inlined
 from evolvent.compiled.pointer import Struct, array, at_address
 from evolvent.equations.energy_momentum import add_end_rows, add_force_tangents, add_inertia_tangents, measure, residual
 from evolvent.kernels.blocks import ANGLE, ROTATION, displace
-from evolvent.kernels.rotations import cross
 from evolvent.model import MODEL
 from evolvent.model.family import every
 from evolvent.model.registry import cubic, whole
@@ -52,7 +51,7 @@ from evolvent.solvers.sensitivity.recorded_steps import (
     TIME,
     TIMED,
 )
-from evolvent.solvers.sensitivity.transposed import LINEAR, multiply, multiply_mass, transpose
+from evolvent.solvers.sensitivity.transposed import LINEAR, multiply, multiply_mass, transpose, turn
 from evolvent.solvers.time.implicit import methods as method
 from evolvent.solvers.time.implicit.workspace import WORKSPACE
 
@@ -235,16 +234,12 @@ def _turn(dq, kind, model, x, out):
         if blocks[k].kind == ANGLE and kind == 0:
             out[at] = x[at] / (1.0 + 0.25 * dq[at] * dq[at])
         elif blocks[k].kind == ROTATION:
-            a, b, c = 0.5 * dq[at], 0.5 * dq[at + 1], 0.5 * dq[at + 2]
-            s, back = 1.0 / (1.0 + a * a + b * b + c * c), 1.0 if kind != 2 else -1.0
-            ux, uy, uz = cross(back * a, back * b, back * c, x[at], x[at + 1], x[at + 2])
+            p = 0.5 * dq[at], 0.5 * dq[at + 1], 0.5 * dq[at + 2]
+            s = 1.0 / (1.0 + p[0] * p[0] + p[1] * p[1] + p[2] * p[2])
             if kind == 0:
-                out[at], out[at + 1], out[at + 2] = s * (x[at] + ux), s * (x[at + 1] + uy), s * (x[at + 2] + uz)
-                continue
-            wx, wy, wz = cross(back * a, back * b, back * c, ux, uy, uz)
-            out[at] += 2.0 * s * (ux + wx)
-            out[at + 1] += 2.0 * s * (uy + wy)
-            out[at + 2] += 2.0 * s * (uz + wz)
+                turn(at, p, s, s, 0.0, x, out)
+            else:
+                turn(at, p, 1.0, 2.0 * s if kind == 1 else -2.0 * s, 2.0 * s, x, out)
 
 
 @inlined

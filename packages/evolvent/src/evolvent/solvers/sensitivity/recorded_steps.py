@@ -38,14 +38,37 @@ from evolvent.model import MODEL
 from evolvent.model.interval import state_interval
 from evolvent.solvers.sensitivity.steps_beside import NONE, TOGETHER, TRIED, take_step
 from evolvent.solvers.sensitivity.transposed import (
+    BY_MASS,
+    BY_RATE,
+    BY_STATE,
     LINEAR,
+    MEASURED,
     MOST,
-    add_mass_and_turns,
+    TURNED,
+    UNSEEN,
     factor_again,
+    keep_solutions,
     note_corrections,
     prepare,
     solve_transposed,
     turn_transposed,
+)
+from evolvent.solvers.sensitivity.windows import (
+    ALIKE,
+    FIRST,
+    NEXT,
+    NODES,
+    SHORTEST,
+    SMOOTH,
+    WAITS,
+    WINDOWS,
+    begin_window,
+    end_window,
+    error_of,
+    interpolate_step,
+    note_solutions,
+    note_trial,
+    place_nodes,
 )
 from evolvent.solvers.time.dense import interpolate
 from evolvent.solvers.time.implicit import alpha, loop as implicit_loop, methods as method
@@ -173,12 +196,12 @@ def _evaluate(t, n, model, work, recorded, linear):
 
 
 @inlined
-def _differentiate(n, model, models, work, recorded, room, linear):
-    """The equations of step n of a record as a linear map: `Linear.rows`, K and A."""
+def _differentiate(n, slot, model, models, work, recorded, room, linear, windows):
+    """The equations of step n of a record as a linear map, into a row of the windows: rows, K and C."""
     n_v, h, scale = model.info.nv, recorded.numbers[n, LENGTH], recorded.numbers[n, SCALE]
     t, y, la, size = recorded.numbers[n, TIME] + h, recorded.y1[n], recorded.la[n], linear.r.size
-    c_mass, c_rate = alpha.rates(h, work.options)
-    groups, rows = linear.sides.size, linear.rows
+    _, c_rate = alpha.rates(h, work.options)
+    groups, rows = linear.sides.size, windows.rows[slot]
     for i in range(model.switches.size):
         model.switches[i] = recorded.switches[n, i]
     for g in range(groups):
@@ -205,37 +228,35 @@ def _differentiate(n, model, models, work, recorded, room, linear):
                 linear.changes[g, i] = 1
             if i >= n_v:
                 rows[g, i] *= scale
-    _assemble(t, y, la, c_rate, scale, model, room, linear)
-    add_mass_and_turns(recorded.dq[n], c_mass, linear)
+    _assemble(t, y, la, c_rate, scale, model, room, linear, windows.place, windows.K[slot], windows.C[slot])
 
 
 @inlined
-def _assemble(t, y, la, c_rate, scale, model, room, linear):
-    """Derivatives by coordinates in K, and in A with c_rate times those by rates; after `residual` only.
+def _assemble(t, y, la, c_rate, scale, model, room, linear, place, by_state, by_rate):
+    """Derivatives by coordinates in K, and by rates, times c_rate, in C; after `residual` only.
 
     What has none by rates is assembled once.
     """
-    at, A, K, values = model.interval, linear.A, linear.K, room.values
+    at, values = model.interval, room.values
     sparse.clear(room)
     at.t, at.tm, at.h, at.c_mass, at.c_rate, at.scale = t, t, 0.0, 0.0, 0.0, scale
     at.span, at.chi, at.chi_v, at.ratio, at.soft = 0.0, 0.0, 0.0, 0.0, 1.0
     interval = state_interval(at, y, y, la, la, la, model.switches, y)
-    for k in range(linear.steady.size):
-        tangent_at(model, linear.steady[k])(interval, model, room)
-    for i in range(values.size):
-        A[i] = values[i]
     for k in range(linear.rated.size):
         tangent_at(model, linear.rated[k])(interval, model, room)
-    for i in range(values.size):
-        K[i] = values[i]
+    for k in range(place.size if linear.rated.size > 0 else 0):
+        by_rate[k] = -values[place[k]]
+    for k in range(linear.steady.size):
+        tangent_at(model, linear.steady[k])(interval, model, room)
+    for k in range(place.size):
+        by_state[k] = values[place[k]]
     if linear.rated.size > 0:
-        for i in range(values.size):
-            values[i] = A[i]
+        sparse.clear(room)
         at.c_rate = c_rate
         for k in range(linear.rated.size):
             tangent_at(model, linear.rated[k])(interval, model, room)
-        for i in range(values.size):
-            A[i] = values[i]
+        for k in range(place.size):
+            by_rate[k] += values[place[k]]
 
 
 @indirect(void(_I, MODEL, WORKSPACE, RECORDED_STEPS, SPARSE, LINEAR))
@@ -253,8 +274,40 @@ def find_mass(n, model, work, recorded, room, linear):
         room.values[i] = (room.values[i] - linear.K[i]) / c_mass
 
 
-@indirect(_I(_I, _I, RECORDED_STEPS, SPARSE, SPARSE, MODEL, INTEGERS, WORKSPACE, LINEAR, MATRIX, MATRIX))
-def pull_back(first, last, recorded, room, matrix, model, models, work, linear, derivatives, found):
+@inlined
+def _are_alike(n, last, recorded):
+    """Whether steps of a record from n on are equally long, with the same switches."""
+    h = recorded.numbers[last, LENGTH]
+    for k in range(n, last):
+        if abs(recorded.numbers[k, LENGTH] - h) > ALIKE * h:
+            return False
+        for i in range(recorded.switches.shape[1]):
+            if recorded.switches[k, i] != recorded.switches[last, i]:
+                return False
+    return True
+
+
+@inlined
+def _open_window(first, last, model, models, work, recorded, room, linear, windows):
+    """Evaluate steps of a record of which those up to `last`, from the first one on at most, follow."""
+    counts, rated = windows.counts, linear.rated.size > 0
+    size, evaluated = min(counts[NEXT], last - first + 1), 0
+    if counts[SMOOTH] != 0 and counts[WAITS] == 0 and size >= SHORTEST and _are_alike(last - size + 1, last, recorded):
+        place_nodes(last, size, windows)
+        for slot in range(NODES + 1):
+            _differentiate(windows.steps[slot], slot, model, models, work, recorded, room, linear, windows)
+        error = error_of(rated, windows)
+        note_trial(error, size, windows)
+        evaluated = NODES if error <= 1.0 else 1
+    if evaluated == 0:
+        counts[WAITS] = max(counts[WAITS] - 1, 0)
+        _differentiate(last, 0, model, models, work, recorded, room, linear, windows)
+        evaluated = 1
+    begin_window(last if evaluated == 1 else last - size + 1, evaluated, rated, windows)
+
+
+@indirect(_I(_I, _I, RECORDED_STEPS, SPARSE, SPARSE, MODEL, INTEGERS, WORKSPACE, LINEAR, WINDOWS, MATRIX, MATRIX))
+def pull_back(first, last, recorded, room, matrix, model, models, work, linear, windows, derivatives, found):
     """Take derivatives of values by the state at the end of step `last` back to the start of step `first`.
 
     Parameters
@@ -270,48 +323,50 @@ def pull_back(first, last, recorded, room, matrix, model, models, work, linear, 
     -------
     int, the number of steps that are left where one is singular; -1 where all are done
     """
-    options, n_v, groups = work.options, model.info.nv, linear.sides.size
+    options, n_v, rated = work.options, model.info.nv, linear.rated.size > 0
     am, af, beta, gamma = options.alpha_m, options.alpha_f, options.beta, options.gamma
     k, half = (1.0 - am) / (1.0 - af), 1.0 / (2.0 * beta) - 1.0
-    right, rows, parts = linear.right, linear.rows, linear.parts
+    right, parts, values = linear.right, linear.parts, derivatives.shape[0]
+    windows.counts[FIRST], linear.pace[UNSEEN] = last + 1, MEASURED
     for n in range(last, first - 1, -1):
         h, part, dq = recorded.numbers[n, LENGTH], recorded.numbers[n, PART], recorded.dq[n]
         c_mass, c_rate = alpha.rates(h, options)
         c_step = 1.0 / (beta * h * h)
-        _differentiate(n, model, models, work, recorded, room, linear)
-        if not prepare(linear, matrix):
+        if n < windows.counts[FIRST]:
+            _open_window(first, n, model, models, work, recorded, room, linear, windows)
+        row = interpolate_step(n, rated, windows)
+        if not prepare(dq, c_mass, row, linear, windows, matrix):
             return n + 1
         corrections = 0
-        for q in range(derivatives.shape[0]):
-            W, x, y = linear.W[q], derivatives[q, :n_v], derivatives[q, n_v : 2 * n_v]
+        for q in range(values):
+            x, y = derivatives[q, :n_v], derivatives[q, n_v : 2 * n_v]
             z, w = derivatives[q, 2 * n_v : 3 * n_v], derivatives[q, 3 * n_v : 4 * n_v]
-            turn_transposed(dq, False, model, x, parts[4])
+            turn_transposed(dq, False, model, x, parts[TURNED])
             for i in range(right.size):
-                right[i] = parts[4, i] + c_rate * y[i] + c_step * z[i] + c_mass * w[i] if i < n_v else 0.0
-            count = solve_transposed(dq, c_mass, W, linear, matrix, model)
+                right[i] = parts[TURNED, i] + c_rate * y[i] + c_step * z[i] + c_mass * w[i] if i < n_v else 0.0
+            count = solve_transposed(dq, c_mass, q, row, linear, windows, matrix, model)
             if count == 0:  # the factors are those of too different a step
-                if not factor_again(linear, matrix):
+                if not factor_again(dq, c_mass, row, linear, windows, matrix):
                     return n + 1
-                count = MOST + solve_transposed(dq, c_mass, W, linear, matrix, model)
+                count = MOST + solve_transposed(dq, c_mass, q, row, linear, windows, matrix, model)
             corrections += count
-            for g in range(groups):
-                for i in range(right.size):
-                    found[q * groups + g, i] += W[i] * rows[g, i]
-            for i in range(right.size):
-                derivatives[q, 4 * n_v] -= W[i] * rows[groups, i]
             for i in range(n_v):
-                x[i] -= parts[0, i]
-                y[i] -= parts[1, i] / c_rate
-                w[i] -= parts[2, i]
-            turn_transposed(dq, True, model, x, parts[4])
+                x[i] -= parts[BY_STATE, i]
+                y[i] -= parts[BY_RATE, i] / c_rate
+                w[i] -= parts[BY_MASS, i]
+            turn_transposed(dq, True, model, x, parts[TURNED])
             for i in range(n_v):
-                x[i] = parts[4, i]
+                x[i] = parts[TURNED, i]
                 yi, zi, wi = y[i], z[i], w[i]
                 y[i] = (1.0 - gamma / beta) * yi - (zi + k * wi) / (beta * h)
                 a = h * (1.0 - gamma - gamma * half) * yi - half * zi + (am / (1.0 - af) - k * half) * wi
                 z[i] = part * a
                 w[i] = (1.0 - part) * a - af / (1.0 - af) * wi
-        note_corrections(corrections, derivatives.shape[0], linear)
+        keep_solutions(linear)
+        note_solutions(linear.W, windows)
+        if n == windows.counts[FIRST]:
+            end_window(derivatives, found, windows)
+        note_corrections(corrections, values, linear)
     return -1
 
 

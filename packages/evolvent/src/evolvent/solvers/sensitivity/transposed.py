@@ -1,9 +1,10 @@
 """Transposed solutions of steps: the matrices of a step, and factors that serve many steps.
 
-The matrix of a step of the run, A = K T + c_rate C + c_mass M, differs little from that of the step behind it. So the
-transposed factors of one step serve those before it, as in the run: corrections with them leave what the matrices
-differ by, and are repeated until they are round-off. A step is factored again where that takes less work than the
-corrections have taken.
+The matrix of a step of the run, A = K T + c_rate C + c_mass M, differs little from that of the step behind it, and so
+does the solution. So the transposed factors of one step serve those before it, as in the run: corrections with them, of
+the solution that those of the steps behind predict, leave what the matrices differ by, and are repeated until they are
+round-off. A is not assembled for that: its product follows from those of K, C and M. A step is factored again where
+that takes less work than the corrections have taken.
 """
 
 from __future__ import annotations
@@ -17,14 +18,22 @@ from evolvent.algebra.sparse import AT, BLOCK, COLUMN, COUNT, FIRST, SIZE, START
 from evolvent.compiled.jit import inlined
 from evolvent.compiled.pointer import Struct, array
 from evolvent.kernels.blocks import ROTATION
+from evolvent.kernels.rotations import cross
+from evolvent.solvers.sensitivity.windows import multiply_columns
 
 #: Corrections of a solution at most, where they have converged, and below which they may be round-off.
-MOST, CONVERGED, ROUNDED = 16, 1e-12, 1e-9
+MOST, CONVERGED, ROUNDED = 16, 1e-11, 1e-9
+#: Steps between two in which corrections are counted on to shrink only as far as they are seen to, and factors of the
+#: solutions behind a step, the next first, in what is predicted of its own.
+MEASURED, PREDICTION = 16, ((1.0, 0.0, 0.0), (2.0, -1.0, 0.0), (3.0, -3.0, 1.0))
 #: What the next correction may leave beside what the rate of the last two says.
 SAFE = 10.0
 #: `Linear.pace`: work of a factorisation, in corrections; those that fresh factors take, of one value; those of the
-#: steps since, beyond these; steps since, 0 where there are no factors; and steps for which each is factored.
-FACTOR, FRESH, BEYOND, SINCE, EACH, N_PACE = 0, 1, 2, 3, 4, 5
+#: steps since, beyond these; steps since, 0 where there are no factors; steps for which each is factored; what a
+#: correction leaves, beside itself, and steps since that was seen; and solutions of steps behind that are known.
+FACTOR, FRESH, BEYOND, SINCE, EACH, LEFT, UNSEEN, KNOWN, N_PACE = 0, 1, 2, 3, 4, 5, 6, 7, 8
+#: Rows of `Linear.parts`.
+BY_STATE, BY_RATE, BY_MASS, REST, OF, TURNED, N_PARTS = 0, 1, 2, 3, 4, 5, 6
 #: Flops of a factorisation, done in long sums, in the time of one of a solution; time of one block beside its flops, in
 #: these: of a factorisation by the square of its size, and of a correction.
 FASTER, BY_SQUARE, BY_BLOCK = 1.5, 55.0, 130.0
@@ -47,7 +56,10 @@ class Linear(Struct):
         half the difference of both sides; and the derivative by the time last
     changes : (groups, nv + nj) int, 1 where rows have been other than 0
     sides : (groups,) int, how many neighbours are evaluated
-    r, right : (nv + nj,) float; W : (values, nv + nj) float, solutions; parts : (5, nv + nj) float
+    r, right : (nv + nj,) float; W : (values, nv + nj) float, solutions, and before : (3, values, nv + nj) float, those
+        of the steps behind, the next one first
+    parts : (N_PARTS, nv + nj) float, products of the transposes of K, C and M with the solution, what is left of the
+        right side, and scratch
     pace : (N_PACE,) float
     """
 
@@ -64,6 +76,7 @@ class Linear(Struct):
     r: np.ndarray = array(1)
     right: np.ndarray = array(1)
     W: np.ndarray = array(2)
+    before: np.ndarray = array(3)
     parts: np.ndarray = array(2)
     pace: np.ndarray = array(1)
 
@@ -93,6 +106,17 @@ def entries_of(values, matrix):
         columns[upper] = rows[lower] = np.tile(later, m)
     found = np.flatnonzero(values)
     return values[found], np.stack([rows[found], columns[found], found], axis=1)
+
+
+def columns_of(equations, matrix):
+    """Columns of the the entries that unknowns have in equations: first (n + 1,), rows and places (nk,) int."""
+    _, places = entries_of(np.ones(matrix.values.size), matrix)
+    n = len(equations)
+    known = np.concatenate([*(own * n + j for j, own in enumerate(equations)), np.zeros(0, dtype=np.int64)])
+    places = places[np.isin(places[:, 0] * n + places[:, 1], known)]
+    places = places[np.lexsort((places[:, 0], places[:, 1]))]
+    first = np.searchsorted(places[:, 1], np.arange(n + 1))
+    return first, np.ascontiguousarray(places[:, 0]), np.ascontiguousarray(places[:, 2])
 
 
 def turned_of(model, matrix):
@@ -172,6 +196,17 @@ def _turn_factors(x, y, z):
 
 
 @inlined
+def turn(at, p, kept, first, second, x, out):
+    """Out = kept x + first p x x + second p x (p x x), of three coordinates from `at` on."""
+    a, b, c = p
+    ux, uy, uz = cross(a, b, c, x[at], x[at + 1], x[at + 2])
+    wx, wy, wz = cross(a, b, c, ux, uy, uz)
+    out[at] = kept * x[at] + first * ux + second * wx
+    out[at + 1] = kept * x[at + 1] + first * uy + second * wy
+    out[at + 2] = kept * x[at + 2] + first * uz + second * wz
+
+
+@inlined
 def turn_transposed(dq, moves, model, x, out):
     """Out = T^T x, or E^T x if `moves`: of turns by dq, the same for all other coordinates."""
     blocks, n_q = model.blocks, model.info.nq
@@ -180,15 +215,9 @@ def turn_transposed(dq, moves, model, x, out):
     for k in range(blocks.size):
         if blocks[k].kind == ROTATION:
             at = blocks[k].iv - n_q
-            a, b, c = dq[at], dq[at + 1], dq[at + 2]
-            by_turn, by_square, by_sine = _turn_factors(a, b, c)
-            first, second = (by_sine, by_turn) if moves else (by_turn, by_square)
-            px, py, pz = x[at], x[at + 1], x[at + 2]  # [d]x^T = -[d]x
-            ux, uy, uz = b * pz - c * py, c * px - a * pz, a * py - b * px
-            wx, wy, wz = b * uz - c * uy, c * ux - a * uz, a * uy - b * ux
-            out[at] += first * ux + second * wx
-            out[at + 1] += first * uy + second * wy
-            out[at + 2] += first * uz + second * wz
+            d = dq[at], dq[at + 1], dq[at + 2]
+            by_turn, by_square, by_sine = _turn_factors(*d)
+            turn(at, d, 1.0, by_sine if moves else by_turn, by_turn if moves else by_square, x, out)
 
 
 @inlined
@@ -226,21 +255,29 @@ def multiply_mass(linear, x, out):
 
 
 @inlined
-def prepare(linear, matrix):
-    """Factors of the step of which A is the matrix, unless those that there are serve; whether it is not singular."""
+def prepare(dq, c_mass, row, linear, windows, matrix):
+    """Factors of a step, unless those that there are serve; whether it is not singular."""
     pace = linear.pace
     if pace[SINCE] > 0.0:
         if pace[EACH] <= 0.0:
             return True
         pace[EACH] -= 1.0
-    return factor_again(linear, matrix)
+    return factor_again(dq, c_mass, row, linear, windows, matrix)
 
 
 @inlined
-def factor_again(linear, matrix):
-    """Factors of the step of which A is the matrix; whether it is not singular."""
-    linear.pace[SINCE], linear.pace[BEYOND] = 0.0, 0.0
-    transpose(linear.A, matrix)
+def factor_again(dq, c_mass, row, linear, windows, matrix):
+    """Factors of a step by dq, of which K and C are in a row of the windows; whether it is not singular."""
+    A, K, w = linear.A, linear.K, windows
+    for i in range(A.size):
+        A[i] = K[i] = 0.0
+    for k in range(w.K_first[w.K_first.size - 1]):
+        A[w.K_place[k]] = K[w.K_place[k]] = w.K[row, k]
+    for k in range(w.C_first[w.C_first.size - 1] if linear.rated.size > 0 else 0):
+        A[w.C_place[k]] += w.C[row, k]
+    add_mass_and_turns(dq, c_mass, linear)
+    linear.pace[SINCE], linear.pace[BEYOND], linear.pace[UNSEEN] = 0.0, 0.0, MEASURED
+    transpose(A, matrix)
     return sparse_lu.factor(matrix) == 0
 
 
@@ -262,40 +299,107 @@ def note_corrections(count, values, linear):
 
 
 @inlined
-def solve_transposed(dq, c_mass, W, linear, matrix, model):
-    """Solve A^T W = right; returns how many corrections that takes, 0 where it does not converge.
+def _take_away(dq, c_mass, x, row, linear, windows, model):
+    """Take the transposed product of the matrix of a step with x from what is left, and add those of K, C and M."""
+    parts, w, n_v = linear.parts, windows, model.info.nv
+    r, of, turned = parts[REST], parts[OF], parts[TURNED]
+    multiply_columns(w.K_first, w.K_entry, w.K[row], x, of)
+    for j in range(x.size):
+        parts[BY_STATE, j] += of[j]
+    if linear.turned.shape[0] > 0:
+        turn_transposed(dq, False, model, of, turned)
+        for j in range(n_v):
+            r[j] -= turned[j]
+        for j in range(n_v, x.size):
+            r[j] -= of[j]
+    else:
+        for j in range(x.size):
+            r[j] -= of[j]
+    if linear.rated.size > 0:
+        multiply_columns(w.C_first, w.C_entry, w.C[row], x, of)
+        for j in range(x.size):
+            parts[BY_RATE, j] += of[j]
+            r[j] -= of[j]
+    multiply_mass(linear, x, of)
+    for j in range(x.size):
+        parts[BY_MASS, j] += of[j]
+        r[j] -= c_mass * of[j]
+
+
+@inlined
+def _predict(dq, c_mass, q, row, linear, windows, model):
+    """Solution that those of the steps behind predict, with what it leaves; zero where that is not less."""
+    right, parts, W = linear.right, linear.parts, linear.W[q]
+    known = int(linear.pace[KNOWN])
+    for k in range(REST):
+        for i in range(W.size):
+            parts[k, i] = 0.0
+    for i in range(W.size):
+        parts[REST, i] = right[i]
+    if known > 0:
+        a, b, c = PREDICTION[known - 1]
+        for i in range(W.size):
+            W[i] = a * linear.before[0, q, i] + b * linear.before[1, q, i] + c * linear.before[2, q, i]
+        _take_away(dq, c_mass, W, row, linear, windows, model)
+        largest = left = 0.0
+        for i in range(W.size):
+            largest, left = max(largest, abs(right[i])), max(left, abs(parts[REST, i]))
+        if left < largest:
+            return
+    for k in range(REST):
+        for i in range(W.size):
+            parts[k, i] = 0.0
+    for i in range(W.size):
+        parts[REST, i], W[i] = right[i], 0.0
+
+
+@inlined
+def solve_transposed(dq, c_mass, q, row, linear, windows, matrix, model):
+    """Solve A^T W = right for value q; returns how many corrections that takes, 0 where it does not converge.
 
     Then `parts` are K^T W, C^T W and M^T W, C times its rate.
     """
-    right, parts, n_v, size = linear.right, linear.parts, model.info.nv, linear.right.size
-    r, count, last = parts[3], 1, math.inf
-    for i in range(size):
-        W[i] = right[i]
-    sparse_lu.solve(matrix, W)
-    while linear.pace[SINCE] > 0.0:
-        multiply(linear.A, matrix, W, r)
-        largest = change = 0.0
+    W, x, parts, pace, size = linear.W[q], linear.r, linear.parts, linear.pace, linear.right.size
+    _predict(dq, c_mass, q, row, linear, windows, model)
+    fresh, count, last, worst = pace[SINCE] == 0.0, 0, math.inf, 0.0
+    while True:
+        before = after = largest = change = 0.0
         for i in range(size):
-            r[i] = right[i] - r[i]
-        sparse_lu.solve(matrix, r)
+            x[i] = parts[REST, i]
+            before = max(before, abs(x[i]))
+        sparse_lu.solve(matrix, x)
         for i in range(size):
-            W[i] += r[i]
-            change, largest = max(change, abs(r[i])), max(largest, abs(W[i]))
+            W[i] += x[i]
+            change, largest = max(change, abs(x[i])), max(largest, abs(W[i]))
+        _take_away(dq, c_mass, x, row, linear, windows, model)
         count += 1
         if not math.isfinite(change) or count > MOST:
             return 0
-        before = last if last < math.inf else largest
-        left = change * min(1.0, SAFE * change / before) if before > 0.0 else change  # by the rate of the corrections
-        if left <= CONVERGED * largest or (change > 0.5 * last and change <= ROUNDED * largest):
+        rate = 1.0
+        if last < math.inf and last > 0.0:
+            rate = change / last
+            worst = max(worst, rate)
+        elif pace[UNSEEN] < MEASURED:  # but for equations that have become other ones
+            for i in range(size):
+                after = max(after, abs(parts[REST, i]))
+            rate = max(pace[LEFT], after / before if before > 0.0 else 0.0)
+        left = change * min(1.0, SAFE * rate)
+        if fresh or left <= CONVERGED * largest or (change > 0.5 * last and change <= ROUNDED * largest):
             break
         last = change
-    multiply_mass(linear, W, parts[2])
-    if linear.rated.size == 0 and linear.turned.shape[0] == 0:
-        for i in range(n_v):
-            parts[0, i], parts[1, i] = right[i] - c_mass * parts[2, i], 0.0
-        return count
-    multiply(linear.K, matrix, W, parts[0])
-    turn_transposed(dq, False, model, parts[0], parts[4])
-    for i in range(n_v):
-        parts[1, i] = right[i] - parts[4, i] - c_mass * parts[2, i] if linear.rated.size > 0 else 0.0
+    for i in range(model.info.nv):  # so that what is left is no part of the right side
+        parts[BY_MASS, i] += parts[REST, i] / c_mass
+    if count > 1:
+        pace[LEFT], pace[UNSEEN] = worst, 0.0
+    pace[UNSEEN] += 1.0
     return count
+
+
+@inlined
+def keep_solutions(linear):
+    """Keep the solutions of a step for the prediction of those before it."""
+    before, W, pace = linear.before, linear.W, linear.pace
+    for q in range(W.shape[0]):
+        for i in range(W.shape[1]):
+            before[2, q, i], before[1, q, i], before[0, q, i] = before[1, q, i], before[0, q, i], W[q, i]
+    pace[KNOWN] = min(pace[KNOWN] + 1.0, float(len(PREDICTION)))

@@ -6,7 +6,7 @@ from numba import types, void
 
 from evolvent.algebra import sparse_lu
 from evolvent.algebra.sparse import SPARSE
-from evolvent.compiled.jit import REAL, VECTOR, indirect
+from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.equations import step_end
 from evolvent.equations.implicit import residual
 from evolvent.kernels import constraints, rigid, thread
@@ -24,10 +24,38 @@ _I = types.int64
 MOST, RUBBING = 3, 20
 #: Correction beside the accelerations with which the iterations for samples end: it shrinks as much again by each.
 SMALL = 1e-6
+#: Steps along the motion by which g'' and v'' are differences, of the run's span.
+ALONG, JERK = 1e-3, 1e-2
 
 
 def _has_releases(model):
     return model.info.releases
+
+
+@inlined
+def find_second_rates(t, state, A, model, work, moved, out):
+    """Write g'' of all constraints, the central difference of g' along the motion, behind the unknowns of motion.
+
+    Parameters
+    ----------
+    moved : (ny,) float, scratch, as is work.dq; out : (nv + nj,) float
+    """
+    n_q, n_v, rows, d = model.info.nq, model.info.nv, model.constraints, ALONG * work.options.span
+    for k in range(rows.size):
+        out[n_v + k] = 0.0
+    for _ in range(2):
+        for i in range(n_v):
+            work.dq[i] = d * state[n_q + i] + 0.5 * d * d * A[i]
+        for i in range(state.size):
+            moved[i] = state[i]
+        displace(state, work.dq, False, model, moved)
+        for i in range(n_v):
+            moved[n_q + i] = state[n_q + i] + d * A[i]
+        rigid.kinematics(t + d, moved, model)
+        for k in range(rows.size):
+            constraints.measure(constraints.STATE, t + d, moved, k, model)
+            out[n_v + k] += rows[k].rate / (2.0 * d)
+        d = -d
 
 
 @indirect(void(REAL, VECTOR, REAL, types.boolean, MODEL, SPARSE, WORKSPACE, VECTOR, VECTOR))
@@ -41,30 +69,17 @@ def accelerations_at(t, state, small, known, model, matrix, work, A, la):
 
     Notes
     -----
-    g'' is the central difference of g' along the motion. The matrix is that of a step too short to feel stiffness.
+    The matrix is that of a step too short to feel stiffness.
     """
-    n_q, n_v, y0, options = model.info.nq, model.info.nv, work.y0, work.options
+    n_v, options = model.info.nv, work.options
     rows, n_j = model.constraints, model.constraints.size
     first = n_v
     c_mass = short_c_mass(options)
     scale = c_mass * options.mass
-    d = 1e-3 * options.span
     for n in range(MOST if model.info.reactive == 0 else RUBBING):
         if n > 0 or not known:
             residual(t, state, A, la, 0.0, 1.0, model, work.r, work.powers[0])
-        for side in range(2):
-            for i in range(n_v):
-                work.dq[i] = d * state[n_q + i] + 0.5 * d * d * A[i]
-            for i in range(state.size):
-                y0[i] = state[i]
-            displace(state, work.dq, False, model, y0)
-            for i in range(n_v):
-                y0[n_q + i] = state[n_q + i] + d * A[i]
-            rigid.kinematics(t + d, y0, model)
-            for k in range(n_j):
-                constraints.measure(constraints.STATE, t + d, y0, k, model)
-                work.x[first + k] = (work.x[first + k] if side == 1 else 0.0) + rows[k].rate / (2.0 * d)
-            d = -d
+        find_second_rates(t, state, A, model, work, work.y0, work.x)
         for k in range(n_j):
             if rows[k].stiffness > 0.0 or not constraints.holds(t, rows, k):
                 work.x[first + k] = -scale * work.r[first + k]
@@ -170,7 +185,7 @@ def start_accelerations(model, matrix, work):
     J, B, state, la1 = work.a0, work.dv0, work.spare, work.la0
     for i in range(n_v):
         J[i] = 0.0
-    d = 1e-2 * options.span
+    d = JERK * options.span
     for _ in range(2):
         for i in range(n_v):
             work.dq[i] = d * y[n_q + i] + 0.5 * d * d * A[i]
