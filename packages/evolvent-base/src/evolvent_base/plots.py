@@ -18,7 +18,7 @@ from evolvent_base.figures import WIDTH, Figure, Line, Map, Note, Panel, axis_la
 from evolvent_base.files import make_folder, write_file
 from evolvent_base.layout import EDGE, Place, arrange
 from evolvent_base.style import DASHES, PALETTE, POINT, STYLE, block, text_width, wrapped
-from evolvent_base.ticks import set_plain_ticks
+from evolvent_base.ticks import set_plain_ticks, share_ticks
 
 sheets = lazy.load("evolvent_base.sheets", suppress_warning=True)
 
@@ -105,6 +105,8 @@ def sheet(figure: Figure, *, dpi: float = DPI, title: bool = True, label: str = 
             named_by = figure.panels[0] if shared else panel
             kind = "3d" if panel.map is not None and panel.map.surface else None
             axis = found.add_axes((0.2, 0.2, 0.7, 0.7), label=str(len(places)), projection=kind)
+            for one in (axis.xaxis, axis.yaxis) if kind is None else ():
+                share_ticks(one)
             places.append(_panel(axis, panel, size, legend=not shared, dashed=_is_dashed(named_by)))
         if shared:
             place = {"loc": "lower center", "bbox_to_anchor": (0.5, EDGE / height)}
