@@ -103,16 +103,17 @@ def _draw(axis: Any, draw: Any, renderer: Any) -> None:
     if not axis.get_visible():
         return
     renderer.open_group("matplotlib.axis", gid=axis.get_gid())
+    numbers = axis.get_major_formatter()
     boxes: tuple[list[Any], list[Any]] = [], []
     for tick in _placed(axis):
         for label, found in zip((tick.label1, tick.label2), boxes, strict=True):
-            if label.get_visible() and label.get_in_layout():
+            if numbers.get_offset() and label.get_visible() and label.get_in_layout():  # it stands beside the labels
                 found.append(label.get_window_extent(renderer))
         tick.draw(renderer)
     axis._update_label_position(renderer)
     axis.label.draw(renderer)
     axis._update_offset_text_position(*boxes)
-    axis.offsetText.set_text(axis.get_major_formatter().get_offset())
+    axis.offsetText.set_text(numbers.get_offset())
     axis.offsetText.draw(renderer)
     renderer.close_group("matplotlib.axis")
     axis.stale = False
