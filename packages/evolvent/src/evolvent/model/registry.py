@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import importlib.util
+import importlib
 import pkgutil
 import typing
 from collections.abc import Callable, Collection, Iterator, Mapping
@@ -52,10 +52,10 @@ def beside(role: str) -> tuple[Any, ...]:
 
 
 def source_of(module: str) -> str:
-    """Source of a module, which is not loaded."""
-    spec = importlib.util.find_spec(module)
-    loader: Any = None if spec is None else spec.loader
-    return loader.get_source(module) or ""
+    """Source of a module of a package, which is not loaded."""
+    package, _, name = module.rpartition(".")
+    found = pkgutil.get_data(package, f"{name}.py")
+    return "" if found is None else found.decode()
 
 
 @functools.cache
