@@ -233,7 +233,7 @@ def test_every_kind_is_tried_above() -> None:
 def test_sources_say_where_parts_are() -> None:
     """What they say is what the modules have: parts with a kind, and the sections that are named for users."""
     shared = [importlib.import_module(f"{parts.__name__}.{one.name}") for one in pkgutil.iter_modules(parts.__path__)]
-    found = {}
+    found: dict[str, type] = {}
     for module in (*shared, *family_registry.beside("part")):
         own = {name: one for name, one in vars(module).items() if getattr(one, "__module__", "") == module.__name__}
         sections = {name: one for name, one in own.items() if isinstance(one, type) and issubclass(one, Section)}
