@@ -18,17 +18,18 @@ SLACK, COVERED = 2.0, 0.01
 
 def boxes(sheet: Any) -> list[tuple[str, Any]]:
     """Words and boxes of all texts that are drawn, in pixels."""
-    drawn: list[Any] = []
+    drawn: dict[Any, tuple[str, Any]] = {}  # one text may be drawn at several places, as that of the ticks of an axis
     original = Text.draw
 
     def record(self: Any, renderer: Any, *args: Any, **kwargs: Any) -> Any:
         if self.get_visible() and self.get_text().strip():
-            drawn.append(self)
+            words = self.get_text()
+            drawn[self, words, self.get_position()] = words, Text.get_window_extent(self)
         return original(self, renderer, *args, **kwargs)
 
     with mock.patch.object(Text, "draw", record):
         sheet.draw(sheet.canvas.get_renderer())
-    return [(text.get_text(), Text.get_window_extent(text)) for text in dict.fromkeys(drawn)]
+    return [*drawn.values()]
 
 
 def faults(figure: Figure) -> list[str]:

@@ -81,6 +81,9 @@ def test_a_run_loads_what_it_needs(drawn):
         NEVER | {"h5netcdf", "matplotlib", "rich", "scipy.linalg", "scipy.optimize", "numba.np.arraymath"}
     )
     assert not found & {"evolvent.analysis.batch_results", "evolvent.solvers.sensitivity"}
+    assert not found & {"evolvent.analysis.clearance", "evolvent.analysis.margins.evaluation"}
+    assert "evolvent.families.threads.part" in found
+    assert not found & {f"evolvent.families.{topic}.part" for topic in ("beams", "contact", "nets", "rods", "shells")}
 
 
 @pytest.mark.slow

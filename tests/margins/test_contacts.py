@@ -109,7 +109,7 @@ def test_a_contact_rubs_along_a_run() -> None:
 def test_a_contact_with_a_part_that_nothing_holds_is_refused() -> None:
     """A ball in the way would be pushed on: how hard depends on the motion."""
     system = arm()
-    system.add(parts.RigidBody(mass=1.0, inertia=(0.1, 0.1, 0.1), position=(0.0, 1.0, 0.0)), "stone")
+    system.add(parts.RigidBody(mass=1.0, inertia=(0.1, 0.1, 0.1), position=(0.0, 1.05, 0.0)), "stone")
     other = {"shape": {"sphere": {"radius": 0.1}}}
     system.add(parts.Contact(a=("arm", (0.5, 0.0, 0.0)), b="stone", **BALL, **other), "blow")
     with pytest.raises(InputError) as error:

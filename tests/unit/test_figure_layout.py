@@ -138,6 +138,25 @@ def test_powers_at_logarithmic_axes_are_plain_text():
     assert not any("$" in text for text in words)
 
 
+def test_one_tick_draws_what_single_ticks_do():
+    """Of linear axes with a power of ten beside them, of logarithmic ones with minor ticks, and of a map."""
+    x = np.linspace(1.0, 30.0, 30)
+    panels = [
+        Panel(x_label="time, s", y_label="", lines=[Line(x=x, y=1e7 * np.sin(x), label="sine")]),
+        Panel(x_label="time, s", y_label="energy, J", lines=[Line(x=x, y=x)], log=True, log_x=True),
+        Panel(x_label="x, m", y_label="y, m", lines=[], map=Map(x=x, y=x, values=np.outer(x, x), label="z, m")),
+    ]
+    drawn = plots.sheet(figure_of(*panels), dpi=100.0)
+    points, _ = plots._points(drawn)
+    along = [one for axis in drawn.axes for one in (axis.xaxis, axis.yaxis)]
+    assert all(len(one.majorTicks) <= 1 and len(one.minorTicks) <= 1 for one in along[:6])
+    for one in along:
+        one.get_major_ticks()
+        one.get_minor_ticks()
+    assert sum(len(one.majorTicks) for one in along) > 20
+    assert np.array_equal(plots._points(drawn)[0], points)
+
+
 def test_names_of_the_y_axes_stand_in_one_column():
     x = np.linspace(0.0, 1.0, 5)
     panels = [Panel(x_label="time, s", y_label="y, m", lines=[Line(x=x, y=size * x)]) for size in (1.0, 1e4)]

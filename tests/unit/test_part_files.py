@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import math
+import pkgutil
 import re
 from typing import Any, Literal
 
@@ -15,8 +17,9 @@ from pydantic import TypeAdapter, ValidationError
 import evolvent as ev
 from evolvent import cases, parts
 from evolvent.analysis.system import System
+from evolvent.model import registry as family_registry
 from evolvent.parts import registry
-from evolvent.parts.base import Part
+from evolvent.parts.base import Part, kind_of
 from evolvent.parts.registry import PartsByName, kinds, read_parts
 from evolvent_base import plugins, schema
 from evolvent_base.errors import InputError
@@ -225,6 +228,21 @@ def test_every_kind_is_tried_above() -> None:
     own |= {"contact", "motor", "attitude", "resistance"}
     there = {part for part in kinds().values() if part.__module__.rpartition(".")[2] in own}
     assert there - tried == {parts.Reel} & there
+
+
+def test_sources_say_where_parts_are() -> None:
+    """What they say is what the modules have: parts with a kind, and the sections that are named for users."""
+    shared = [importlib.import_module(f"{parts.__name__}.{one.name}") for one in pkgutil.iter_modules(parts.__path__)]
+    found: dict[str, type] = {}
+    for module in (*shared, *family_registry.beside("part")):
+        own = {name: one for name, one in vars(module).items() if getattr(one, "__module__", "") == module.__name__}
+        sections = {name: one for name, one in own.items() if isinstance(one, type) and issubclass(one, Section)}
+        named = {name for name in getattr(module, "__all__", ()) if not issubclass(sections.get(name, Part), Part)}
+        found |= {name: one for name, one in sections.items() if kind_of(one) or name in named}
+    assert parts.__all__ == sorted(found) == dir(parts)
+    assert all(getattr(parts, name) is value for name, value in found.items())
+    assert {place.kind for place in parts.places().values()} - {""} == {kind_of(one) for one in found.values()} - {""}
+    assert not hasattr(parts, "Reference")  # named for users by its module, but no section
 
 
 def test_a_body_written_by_hand() -> None:

@@ -18,7 +18,7 @@ from evolvent_base.figures import WIDTH, Figure, Line, Map, Note, Panel, axis_la
 from evolvent_base.files import make_folder, write_file
 from evolvent_base.layout import EDGE, Place, arrange
 from evolvent_base.style import DASHES, PALETTE, POINT, STYLE, block, text_width, wrapped
-from evolvent_base.ticks import set_plain_ticks
+from evolvent_base.ticks import set_plain_ticks, share_ticks
 
 sheets = lazy.load("evolvent_base.sheets", suppress_warning=True)
 
@@ -105,6 +105,8 @@ def sheet(figure: Figure, *, dpi: float = DPI, title: bool = True, label: str = 
             named_by = figure.panels[0] if shared else panel
             kind = "3d" if panel.map is not None and panel.map.surface else None
             axis = found.add_axes((0.2, 0.2, 0.7, 0.7), label=str(len(places)), projection=kind)
+            for one in (axis.xaxis, axis.yaxis) if kind is None else ():
+                share_ticks(one)
             places.append(_panel(axis, panel, size, legend=not shared, dashed=_is_dashed(named_by)))
         if shared:
             place = {"loc": "lower center", "bbox_to_anchor": (0.5, EDGE / height)}
@@ -157,18 +159,18 @@ def content(drawn: Any, kind: str) -> bytes:
 
 
 def _points(drawn: Any) -> tuple[np.ndarray, float]:
-    """One of matplotlib's figures as points (height, width, 3) uint8, and how many of them are in an inch."""
+    """One of matplotlib's figures as points (height, width, 4) uint8, and how many of them are in an inch."""
     with sheets.mpl.rc_context(STYLE):
         canvas = sheets.FigureCanvasAgg(drawn)
         canvas.draw()
-    return np.asarray(canvas.buffer_rgba())[..., :3], float(drawn.dpi)
+    return np.asarray(canvas.buffer_rgba()), float(drawn.dpi)
 
 
 def _png_file(points: np.ndarray, dpi: float) -> bytes:
-    """Points as the content of a PNG file."""
+    """Points as the content of a PNG file, which is not transparent."""
     file = io.BytesIO()
     runs_of_equal_points: Any = {"compress_type": 3, "compress_level": 4}  # half the time, a tenth more bytes
-    sheets.Image.fromarray(points).save(file, format="png", dpi=(dpi, dpi), **runs_of_equal_points)
+    sheets.Image.fromarray(points).convert("RGB").save(file, format="png", dpi=(dpi, dpi), **runs_of_equal_points)
     return file.getvalue()
 
 

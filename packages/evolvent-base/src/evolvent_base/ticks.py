@@ -1,8 +1,10 @@
-"""Numbers at the ticks of axes as plain text: the parser of mathtext took a third of the time of a figure."""
+"""Ticks of axes: numbers as plain text, and one tick for all of an axis, each of which took half of the time."""
 
 from __future__ import annotations
 
+import functools
 import re
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import lazy_loader as lazy
@@ -17,6 +19,8 @@ else:
 
 #: Ratio of the ends of a logarithmic axis above which powers of ten alone have ticks: others take half of the time.
 _DECADES = 1e3
+#: What the place of a tick may be outside the ends of an axis, beside its length, as matplotlib has it.
+_ROUND_OFF = 1e-10
 
 
 def set_plain_ticks(axis: Any, labels: tuple[str, str] = ("", ""), size: tuple[float, float] = (0.0, 0.0)) -> None:
@@ -76,3 +80,60 @@ def _powers(*, few: bool) -> Any:
             return re.sub(r"\^\{(-?\d+)\}", lambda found: superscript(found[1]), text)
 
     return PlainPowers(labelOnlyBase=False) if few else PlainPowers()
+
+
+def share_ticks(axis: Any) -> None:
+    """Draw all ticks of an axis, of a type (major or minor), by one that is moved from place to place.
+
+    matplotlib makes three lines and two texts for each place, which takes longer than drawing them. What is drawn is
+    the same. An axis whose single ticks are asked for (`get_xticklabels` and the like) has them, and is drawn by them.
+
+    Parameters
+    ----------
+    axis : x or y axis of matplotlib
+    """
+    axis.draw = functools.partial(_draw, axis, axis.draw)
+
+
+def _draw(axis: Any, draw: Any, renderer: Any) -> None:
+    """Draw an axis as matplotlib does, each tick in turn; by `draw` where it has several of one type."""
+    if len(axis.majorTicks) > 1 or len(axis.minorTicks) > 1:
+        draw(renderer)
+        return
+    if not axis.get_visible():
+        return
+    renderer.open_group("matplotlib.axis", gid=axis.get_gid())
+    numbers = axis.get_major_formatter()
+    boxes: tuple[list[Any], list[Any]] = [], []
+    for tick in _placed(axis):
+        for label, found in zip((tick.label1, tick.label2), boxes, strict=True):
+            if numbers.get_offset() and label.get_visible() and label.get_in_layout():  # it stands beside the labels
+                found.append(label.get_window_extent(renderer))
+        tick.draw(renderer)
+    axis._update_label_position(renderer)
+    axis.label.draw(renderer)
+    axis._update_offset_text_position(*boxes)
+    axis.offsetText.set_text(numbers.get_offset())
+    axis.offsetText.draw(renderer)
+    renderer.close_group("matplotlib.axis")
+    axis.stale = False
+
+
+def _placed(axis: Any) -> Iterator[Any]:
+    """The tick of an axis at each place within its ends, major ones first."""
+    low, high = sorted(axis.get_transform().transform(axis.get_view_interval()))
+    room = _ROUND_OFF * (high - low)
+    for locator, formatter, places, ticks in (
+        (axis.get_major_locator(), axis.get_major_formatter(), axis.get_majorticklocs, axis.get_major_ticks),
+        (axis.get_minor_locator(), axis.get_minor_formatter(), axis.get_minorticklocs, axis.get_minor_ticks),
+    ):
+        if isinstance(locator, sheets.NullLocator) or not len(at := places()):
+            continue
+        texts = formatter.format_ticks(at)
+        (tick,) = ticks(1)
+        for place, text in zip(at, texts, strict=True):
+            if low - room <= axis.get_transform().transform(place) <= high + room:
+                tick.update_position(place)
+                tick.label1.set_text(text)
+                tick.label2.set_text(text)
+                yield tick

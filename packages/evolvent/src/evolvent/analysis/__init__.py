@@ -1,1 +1,13 @@
 """Analyses of a system: the method is chosen from its parts, the run becomes a tree of named results."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import lazy_loader as lazy
+
+if TYPE_CHECKING:
+    from evolvent.analysis import clearance as clearance
+
+# what most runs are not asked for, and may be asked for on threads: these import it one at a time
+__getattr__, __dir__, __all__ = lazy.attach(__name__, submodules=["clearance"])

@@ -11,7 +11,7 @@ import lazy_loader as lazy
 import numpy as np
 import xarray as xr
 
-from evolvent import cases, results
+from evolvent import analysis, cases, results
 from evolvent.results import WELL, display, happened, limits, statistics_of, unfinished, variables
 from evolvent.view import show
 from evolvent_base import answer as an
@@ -21,14 +21,12 @@ from evolvent_base.showing import Answered, Page, Sheets
 from evolvent_base.units import unit_text
 
 if TYPE_CHECKING:
-    from evolvent.analysis import clearance as clear
     from evolvent.analysis.clearance_results import Clearances
     from evolvent.analysis.sensitivity_results import Sensitivities
     from evolvent.results.motion import Motion
     from evolvent.view import animation
     from evolvent_base import plots
 else:  # most runs are not asked for it
-    clear = lazy.load("evolvent.analysis.clearance", suppress_warning=True)
     animation = lazy.load("evolvent.view.animation", suppress_warning=True)
     plots = lazy.load("evolvent_base.plots", suppress_warning=True)
 
@@ -169,7 +167,7 @@ class RunAccessor(Answered):
 
         Parameters, results and errors are those of `evolvent.analysis.clearance.clearances`. Needs the package coal.
         """
-        return clear.clearances(self._run, pairs)
+        return analysis.clearance.clearances(self._run, pairs)
 
     def animate(
         self, path: str | os.PathLike[str] | None = None, *, clearance: Clearances | None = None

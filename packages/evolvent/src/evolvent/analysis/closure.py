@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.references import split_reference
-from evolvent.families.fields.part import Field
-from evolvent.families.loads.part import Load
-from evolvent.families.threads.part import Thread
+from evolvent.parts.base import kind_of
 from evolvent.solvers.common import balance
 from evolvent.solvers.common.laws import states_energy
 from evolvent.solvers.common.limits import limitations, pushing
@@ -101,12 +99,17 @@ def unresolved_captures(solution: Solution) -> str:
     )
 
 
+def _of_kind(assembly: Assembly, kind: str) -> list[tuple[str, Any]]:
+    """Names and parts of a kind, whose class need not be loaded where there are none."""
+    return [(name, part) for name, part in assembly.parts.items() if kind_of(type(part)) == kind]
+
+
 def unloaded_tips(assembly: Assembly) -> str:
     """A sentence on threads with a tip mass whose only load by a law is per length; '' where there is none."""
-    threads = {name: part for name, part in assembly.parts.items() if isinstance(part, Thread) and part.tip_mass > 0.0}
-    if any(isinstance(part, Field) and part.type == "acceleration" for part in assembly.parts.values()):
+    threads = {name: part for name, part in _of_kind(assembly, "thread") if part.tip_mass > 0.0}
+    if any(part.type == "acceleration" for _, part in _of_kind(assembly, "field")):
         return ""
-    loads = {name: part for name, part in assembly.parts.items() if isinstance(part, Load)}
+    loads = dict(_of_kind(assembly, "load"))
     places = [part.at for part in loads.values() if isinstance(part.at, str)]
     at_tips = {thread for thread, node in map(split_reference, places) if node in ("tip", 0)}
     for name, part in loads.items():

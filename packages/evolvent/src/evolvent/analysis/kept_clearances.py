@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
+from evolvent import analysis
 from evolvent.analysis import trees
-from evolvent.analysis.clearance import check_package, checked_pairs, clearances
 from evolvent.results.kept import split
 from evolvent_base.errors import InputError, nearest
 
@@ -38,7 +38,7 @@ def check(parts: Mapping[str, Any], names: Sequence[str]) -> None:
     InputError
     """
     if names:
-        check_package()
+        analysis.clearance.check_package()
     for wanted in names:
         _pairs(parts, wanted)
 
@@ -51,7 +51,8 @@ def values(solution: Solution, names: Sequence[str]) -> dict[str, xr.Variable]:
     pairs = {wanted: _pairs(parts, wanted) for wanted in names}
     run = trees.tree(solution, case="", why="", keep_states=True)
     asked = dict.fromkeys(pair for found in pairs.values() for pair in found)
-    seen = dict(zip(asked, clearances(run, list(asked)).dataset["smallest"].values, strict=True))
+    found = analysis.clearance.clearances(run, list(asked)).dataset["smallest"]
+    seen = dict(zip(asked, found.values, strict=True))
     return {
         wanted: xr.Variable(
             (), np.min([seen[pair] for pair in found]), {"units": UNIT, "long_name": f"{wanted}: smallest clearance"}
@@ -65,7 +66,7 @@ def _pairs(parts: Mapping[str, Any], wanted: str) -> list[tuple[str, str]]:
     name, reduction = split(wanted)
     if reduction:
         raise InputError(f"keep holds {wanted!r}, but {name!r} is the smallest over the run; write {name!r}")
-    found = checked_pairs(parts)
+    found = analysis.clearance.checked_pairs(parts)
     pair = name.rpartition(".")[0]
     if not pair:
         return found
@@ -75,4 +76,4 @@ def _pairs(parts: Mapping[str, Any], wanted: str) -> list[tuple[str, str]]:
     if not known:
         shown = nearest(pair, [BETWEEN.join(one) for one in found])
         raise InputError(f"{wanted!r} is of no pair of bodies; {shown}")
-    return checked_pairs(parts, known[:1])
+    return analysis.clearance.checked_pairs(parts, known[:1])

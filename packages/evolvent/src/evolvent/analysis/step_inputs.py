@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, TypeVar
 
-from evolvent import cases
+from evolvent import cases, parts
 from evolvent.analysis.composition import Composition
 from evolvent.assembly.assembled import Assembly
-from evolvent.families.loads.part import Load
 from evolvent.kernels import rigid
 from evolvent_base.errors import InputError, nearest
 
@@ -48,8 +47,8 @@ def composed(system: Composed, inputs: Sequence[str]) -> Composed:
             raise InputError(f"inputs name {body!r} twice; name it once")
         if not known[body]:
             raise InputError(f"inputs name {body!r}, which no force moves: it is held, or turned at a given rate")
-        copy.add(Load(at=body, force=(0.0, 0.0, 0.0)), f"{body}-input-force")
-        copy.add(Load(at=body, torque=(0.0, 0.0, 0.0)), f"{body}-input-torque")
+        copy.add(parts.Load(at=body, force=(0.0, 0.0, 0.0)), f"{body}-input-force")
+        copy.add(parts.Load(at=body, torque=(0.0, 0.0, 0.0)), f"{body}-input-torque")
     return copy
 
 

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any, Self, overload
 import lazy_loader as lazy
 import numpy as np
 
-from evolvent.analysis import limits, runs, simulation, trees, variation
+from evolvent.analysis import limits, margins, runs, simulation, trees, variation
 from evolvent.analysis.composition import Composition
-from evolvent.analysis.margins import evaluation
 from evolvent.analysis.methods import choose_method
 from evolvent.analysis.storage import Aged, storage_of, stored
 from evolvent.results.limits import LIMITS
@@ -327,16 +326,15 @@ class System(Composition, Answered):
         RunFailed
             If the run did not reach its end; ``.run`` holds what was computed.
         """
-        asked = evaluation.with_keys(self.sections.get("margin", {}), keys)
+        asked = margins.evaluation.with_keys(self.sections.get("margin", {}), keys)
         assembly = self.assemble()
-
-        found = evaluation.at_rest(assembly, asked)
+        at_rest = margins.evaluation.at_rest(assembly, asked)
         moves = motion or (motion is None and "until" in self.settings)
         solution = self._solved(assembly, progress) if moves else None
-        margins = found.results(solution, title=self.title, case=self._case(self.settings))
+        found = at_rest.results(solution, title=self.title, case=self._case(self.settings))
         if (section := storage_of(self.sections)) is not None:
-            margins.remarks.insert(0, f"after storage for {section.shown}; `evolvent storage` has the margins before")
-        return margins
+            found.remarks.insert(0, f"after storage for {section.shown}; `evolvent storage` has the margins before")
+        return found
 
     def storage(
         self, *, motion: bool | None = None, progress: Callable[[float], None] | None = None
@@ -371,18 +369,18 @@ class System(Composition, Answered):
         self._aged = Aged(section, dataclasses.replace(before, model=before.model.copy()), done.assembly)
         moves = motion or (motion is None and "until" in self.settings)
         solutions = [self._solved(one, progress) for one in (before, done.assembly)] if moves else [None, None]
-        margins = list[Any]()
+        of_both = list[Any]()
         if "margin" in self.sections:
-            asked = evaluation.with_keys(self.sections["margin"], {})
-            margins = [
-                evaluation.at_rest(one, asked).results(run, title=self.title)
+            asked = margins.evaluation.with_keys(self.sections["margin"], {})
+            of_both = [
+                margins.evaluation.at_rest(one, asked).results(run, title=self.title)
                 for one, run in zip((before, done.assembly), solutions, strict=True)
             ]
         case = self._case(self.settings)
         deployments = [trees.tree(run, case=case, why="", title=self.title) for run in solutions if run is not None]
         over = trees.tree(done.solution, case=case, why="equilibria over storage", title=self.title)
         return storage_results.StorageResults(
-            section, done, trees.over(over, done.times, "time since the start of storage"), margins=margins,
+            section, done, trees.over(over, done.times, "time since the start of storage"), margins=of_both,
             runs=deployments, title=self.title, case=case,
         )  # fmt: skip
 

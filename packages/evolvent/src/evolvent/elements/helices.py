@@ -14,8 +14,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from evolvent.elements.inertia import axis_shape
 from evolvent.elements.materials import Material
+from evolvent.elements.shape_functions import axis_shape
 from evolvent.elements.shapes import CrossSection
 from evolvent.elements.winding import _CABLES, _energy, _least
 from evolvent_base.dense import product

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from evolvent.elements.forms import Array, gauss
 from evolvent.elements.materials import Material
 from evolvent.elements.sections import SectionStiffness
+from evolvent.elements.shape_functions import axis_shape
 from evolvent.elements.shapes import CrossSection
 from evolvent_base import units
 from evolvent_base.errors import InputError
@@ -87,37 +87,6 @@ def _of_material(section: CrossSection, material: Material | None) -> tuple[floa
 
 #: That of the section's own material.
 OWN_INERTIA = SectionInertia()
-
-
-def axis_shape(length: Any, xi: Any, *, order: int = 0) -> tuple[Any, Any, Any, Any]:
-    """Shape functions of r_p, r_p,x, r_q, r_q,x on the axis (Hermite's), or their derivatives by x = length xi.
-
-    Parameters
-    ----------
-    length : float, m, or an array
-    xi : float or array of any shape
-    order : {0, 1, 2}, of the derivative
-    """
-    if order == 0:
-        return (
-            1.0 - 3.0 * xi**2 + 2.0 * xi**3,
-            length * (xi - 2.0 * xi**2 + xi**3),
-            3.0 * xi**2 - 2.0 * xi**3,
-            length * (xi**3 - xi**2),
-        )
-    if order == 1:
-        return (
-            (6.0 * xi**2 - 6.0 * xi) / length,
-            1.0 - 4.0 * xi + 3.0 * xi**2,
-            (6.0 * xi - 6.0 * xi**2) / length,
-            3.0 * xi**2 - 2.0 * xi,
-        )
-    return (
-        (12.0 * xi - 6.0) / length**2,
-        (6.0 * xi - 4.0) / length,
-        (6.0 - 12.0 * xi) / length**2,
-        (6.0 * xi - 2.0) / length,
-    )
 
 
 def beam_mass(length: float, section: CrossSection, material: Material, inertia: SectionInertia = OWN_INERTIA) -> Array:

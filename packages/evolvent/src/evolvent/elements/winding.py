@@ -16,8 +16,8 @@ import scipy
 from numpy.typing import NDArray
 
 from evolvent.elements.forms import beam_form, cable_form, cable_stretch_energy, cable_stretch_form
-from evolvent.elements.inertia import axis_shape
 from evolvent.elements.materials import Material
+from evolvent.elements.shape_functions import axis_shape
 from evolvent.elements.shapes import CrossSection
 from evolvent_base.dense import modes, product
 

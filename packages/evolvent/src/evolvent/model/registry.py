@@ -34,15 +34,28 @@ GROUP, PACKAGE = "evolvent.families", "evolvent.families"
 
 
 @functools.cache
-def beside(role: str) -> tuple[Any, ...]:
-    """Modules of all topics with a role, which begins their names: "family", "part" or "observer"."""
+def names_beside(role: str) -> tuple[str, ...]:
+    """Names of the modules of all topics with a role, which begins theirs: "family", "part" or "observer"."""
     package, found = importlib.import_module(PACKAGE), []
     for topic in pkgutil.iter_modules(package.__path__, f"{PACKAGE}."):
         folder = importlib.import_module(topic.name)
         for one in pkgutil.iter_modules(folder.__path__):
             if one.name == role or one.name.startswith(f"{role}_"):
-                found.append(importlib.import_module(f"{topic.name}.{one.name}"))
-    return tuple(sorted(found, key=lambda module: str(module.__name__)))
+                found.append(f"{topic.name}.{one.name}")
+    return tuple(sorted(found))
+
+
+@functools.cache
+def beside(role: str) -> tuple[Any, ...]:
+    """Modules of all topics with a role (`names_beside`), which are loaded."""
+    return tuple(importlib.import_module(name) for name in names_beside(role))
+
+
+def source_of(module: str) -> str:
+    """Source of a module of a package, which is not loaded."""
+    package, _, name = module.rpartition(".")
+    found = pkgutil.get_data(package, f"{name}.py")
+    return "" if found is None else found.decode()
 
 
 @functools.cache

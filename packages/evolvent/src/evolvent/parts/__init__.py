@@ -2,7 +2,8 @@
 
 The names of this package are those of its modules, and of the parts beside the families of their records
 (`model.registry.beside`): parts that a case file may name by their kind, and the sections that parts take, such as
-shapes and drives, which stand in the `__all__` of their module.
+shapes and drives, which stand in the `__all__` of their module. The sources say where each of them is, so that only the
+modules are loaded whose parts are asked for.
 """
 
 from __future__ import annotations
@@ -10,37 +11,63 @@ from __future__ import annotations
 import functools
 import importlib
 import pkgutil
+import re
 from collections.abc import Mapping
-from typing import Any
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
-from evolvent.model.registry import beside
+from evolvent.model.registry import names_beside, source_of
 from evolvent.parts.base import Part, kind_of
 from evolvent_base.schema import Section
 
+#: What a module says of its names, its classes and their kinds, each at its place in the source.
+_SAID = re.compile(
+    r"""^__all__ = \[(?P<names>[^]]*)\]|^class (?P<name>\w+)|^    kind: Literal\["(?P<kind>[^"]+)"\]""", re.MULTILINE
+)
+
+
+class Place(NamedTuple):
+    """Where a class is: its module, and its kind, '' of what is no part."""
+
+    module: str
+    kind: str
+
 
 @functools.cache
-def _sections() -> Mapping[str, type]:
-    """Classes by their names, in the order of these; the modules are loaded when the first is asked for."""
-    found: dict[str, type] = {}
-    shared = (importlib.import_module(f"{__name__}.{module.name}") for module in pkgutil.iter_modules(__path__))
-    for module in (*shared, *beside("part")):
-        own = vars(module)
-        composed = own.get("__all__", ())
-        for name, value in own.items():
-            if not isinstance(value, type) or value.__module__ != own["__name__"] or not issubclass(value, Section):
-                continue
-            if kind_of(value) or (name in composed and not issubclass(value, Part)):
-                found[name] = value
-    return dict(sorted(found.items()))
+def places() -> Mapping[str, Place]:
+    """Where the parts, and the classes that modules name for users, are by their sources; by name."""
+    found: dict[str, Place] = {}
+    for module in (*(f"{__name__}.{one.name}" for one in pkgutil.iter_modules(__path__)), *names_beside("part")):
+        named, last = set[str](), ""
+        for one in _SAID.finditer(source_of(module)):
+            if one["kind"] is not None:
+                found[last] = Place(module, one["kind"])
+            elif one["name"] is not None:
+                last = one["name"]
+                if last in named:
+                    found[last] = Place(module, "")
+            else:
+                named |= {*re.findall(r"\w+", one["names"])}
+    return MappingProxyType(dict(sorted(found.items())))
+
+
+def _section(name: str) -> type[Section] | None:
+    """The class of a name, whose module is loaded; None where it is no section of its own kind or for users."""
+    place = places().get(name)
+    found = None if place is None else getattr(importlib.import_module(place.module), name)
+    if not (isinstance(found, type) and issubclass(found, Section)):
+        return None
+    return found if kind_of(found) or not issubclass(found, Part) else None
 
 
 def __getattr__(name: str) -> Any:
     if name == "__all__":
-        return [*_sections()]
-    if not name.startswith("_") and name in _sections():
-        return _sections()[name]
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        return [one for one in places() if _section(one) is not None]
+    found = None if name.startswith("_") else _section(name)
+    if found is None:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return found
 
 
 def __dir__() -> list[str]:
-    return [*_sections()]
+    return [one for one in places() if _section(one) is not None]

@@ -163,17 +163,10 @@ def _as_keys(value: Any) -> Any:
     return value
 
 
-ForceProfile = Annotated[Profile[units.Force], BeforeValidator(_as_keys)]
-TorqueProfile = Annotated[Profile[units.Torque], BeforeValidator(_as_keys)]
-TorqueOrForceProfile = Annotated[Profile[units.TorqueOrForce], BeforeValidator(_as_keys)]
-VoltageProfile = Annotated[Profile[units.Voltage], BeforeValidator(_as_keys)]
-CurrentProfile = Annotated[Profile[units.Current], BeforeValidator(_as_keys)]
-LineForceProfile = Annotated[Profile[units.LineForce], BeforeValidator(_as_keys)]
-LineTorqueProfile = Annotated[Profile[units.LineTorque], BeforeValidator(_as_keys)]
-AreaForceProfile = Annotated[Profile[units.AreaForce], BeforeValidator(_as_keys)]
-LoadProfile = Annotated[Profile[units.ForceOrTorque], BeforeValidator(_as_keys)]
-TemperatureProfile = Annotated[Profile[units.Temperature], BeforeValidator(_as_keys)]
-GradientProfile = Annotated[Profile[units.TemperatureGradient], BeforeValidator(_as_keys)]
+#: Reads a profile; the parts whose profiles are of other quantities say so as it is done here.
+AS_PROFILE = BeforeValidator(_as_keys)
+ForceProfile = Annotated[Profile[units.Force], AS_PROFILE]
+TorqueProfile = Annotated[Profile[units.Torque], AS_PROFILE]
 
 
 def write_profile(builder: Builder, name: str, profile: Profile[Any]) -> list[float]:

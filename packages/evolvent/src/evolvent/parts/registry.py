@@ -98,18 +98,47 @@ def _described(word: str) -> list[str]:
     return found if len(found) <= MOST_DESCRIBED else []
 
 
+class _Kinds(Mapping[str, type[Part]]):
+    """Kinds of parts; the module of one of the package is loaded when the kind is asked for.
+
+    Parameters
+    ----------
+    names : mapping, kind -> name of the class in `evolvent.parts`
+    added : mapping, kind -> class of another package
+    """
+
+    def __init__(self, names: Mapping[str, str], added: Mapping[str, type[Part]]) -> None:
+        self._names, self._added = names, added
+
+    def __getitem__(self, kind: str) -> type[Part]:
+        if kind in self._added:
+            return self._added[kind]
+        found: type[Part] = getattr(parts, self._names[kind])
+        return found
+
+    def __contains__(self, kind: object) -> bool:
+        return kind in self._names or kind in self._added
+
+    def __iter__(self) -> Iterator[str]:
+        yield from self._names
+        yield from self._added
+
+    def __len__(self) -> int:
+        return len(self._names) + len(self._added)
+
+
 @functools.cache
 def _kinds_and_failures() -> tuple[Mapping[str, type[Part]], Mapping[str, str]]:
     """Kinds of parts that can be used, and why others cannot."""
     wrong = dict(family_registry.unusable())
-    built_in = (getattr(parts, name) for name in parts.__all__)
-    found: dict[str, type[Part]] = {kind: part for part in built_in if (kind := kind_of(part))}
+    names = {place.kind: name for name, place in parts.places().items() if place.kind}
+    added: dict[str, type[Part]] = {}
 
     def add(kind: str, part: type[Part], name: str, by: str) -> None:
-        if kind in found:
+        if kind in names or kind in added:
             wrong[name] = f"{by} adds a part of kind {kind!r}, which is already known"
         else:
-            found[kind] = part
+            added[kind] = part
 
     for module in family_registry.modules():
         for part in vars(module).values():
@@ -122,7 +151,7 @@ def _kinds_and_failures() -> tuple[Mapping[str, type[Part]], Mapping[str, str]]:
             wrong[entry.name] = str(error)
             continue
         add(kind, part, entry.name, f"the plug-in {_called(entry)}")
-    return MappingProxyType(found), MappingProxyType(wrong)
+    return _Kinds(names, added), MappingProxyType(wrong)
 
 
 def _called(entry: EntryPoint) -> str:

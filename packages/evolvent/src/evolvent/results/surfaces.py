@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from evolvent.elements import axis_shape
+from evolvent.elements.shape_functions import axis_shape
 
 Array = np.ndarray
 #: Most quadrilaterals into which those of a coarse surface are divided in pictures.

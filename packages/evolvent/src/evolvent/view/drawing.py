@@ -48,7 +48,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from evolvent.elements import axis_shape
+from evolvent.elements.shape_functions import axis_shape
 from evolvent.results import display, unfinished, variables
 from evolvent.results.motion import Forces, Frame, Line, Marks, Motion
 from evolvent.results.observe.view import about

@@ -4,3 +4,15 @@ Of every hinge and slide, over its whole travel: what drives and what resists, p
 and the margin. Each part counts by the virtual power of its force along the direction in which the mechanism moves
 there (`mechanism`). Kinetic energy never counts.
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import lazy_loader as lazy
+
+if TYPE_CHECKING:
+    from evolvent.analysis.margins import evaluation as evaluation, results as results
+
+# most runs are not asked for margins; threads that are import them one at a time
+__getattr__, __dir__, __all__ = lazy.attach(__name__, submodules=["evaluation", "results"])

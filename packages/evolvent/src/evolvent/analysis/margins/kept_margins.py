@@ -13,9 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from evolvent.analysis import kept_clearances
-from evolvent.analysis.margins import evaluation
-from evolvent.analysis.margins.results import least_of
+from evolvent.analysis import kept_clearances, margins
 from evolvent.results.kept import Kept, split
 from evolvent_base.errors import InputError
 
@@ -37,6 +35,11 @@ def others_of(keep: Sequence[str]) -> tuple[str, ...]:
 def _is_margin(wanted: str) -> bool:
     coordinate, _, variable = split(wanted)[0].rpartition(".")
     return bool(coordinate) and variable in _WHAT
+
+
+def _at_rest(assembly: Assembly, section: Mapping[str, Any]) -> AtRest:
+    found: AtRest = margins.evaluation.at_rest(assembly, margins.evaluation.with_keys(section, {}))
+    return found
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -80,7 +83,7 @@ class KeptMargins:
             name, reduction = split(wanted)
             if reduction:
                 raise InputError(f"keep holds {wanted!r}, but {name!r} has no time to reduce; write {name!r}")
-        found = cls(tuple(keep), others, evaluation.at_rest(assembly, evaluation.with_keys(section, {})), clearances)
+        found = cls(tuple(keep), others, _at_rest(assembly, section), clearances)
         if not (section and found.of_run):  # with the key, a run may give what is missing at rest
             found.values(None)
         return found
@@ -115,7 +118,7 @@ class KeptMargins:
                 table = results.at_rest(coordinate) if variable == AT_REST else results.motion(coordinate)
             except InputError as error:
                 raise InputError(f"keep holds {wanted!r}; {error}") from None
-            value = np.nan if table is None else least_of(table)[2]
+            value = np.nan if table is None else margins.results.least_of(table)[2]
             found[wanted] = xr.Variable((), value, {"units": "1", "long_name": f"{wanted}: {_WHAT[variable]}"})
         return found
 

@@ -9,6 +9,8 @@ import numpy as np
 import scipy
 
 Array = np.ndarray
+#: Largest number of velocities of which a matrix that is not sparse stays so: calls of sparse libraries take longer.
+_SMALL = 60
 
 
 class Mass:
@@ -21,11 +23,12 @@ class Mass:
     Notes
     -----
     M = P^T L L^T P, with an order P in which L has a narrow band: masses couple the ends of an element only. The norm
-    of L^-1 P f is that of f by M^-1.
+    of L^-1 P f is that of f by M^-1. Of a small matrix P is 1, and L^-1 is kept.
     """
 
     def __init__(self, matrix: Any) -> None:
-        self.matrix = scipy.sparse.csr_matrix(matrix)
+        is_small = isinstance(matrix, np.ndarray) and len(matrix) <= _SMALL
+        self.matrix = matrix if is_small else scipy.sparse.csr_matrix(matrix)
 
     def __matmul__(self, x: Array) -> Array:
         return np.asarray(self.matrix @ x)
@@ -50,13 +53,35 @@ class Mass:
         band[below, lower.col] = lower.data
         return order, scipy.linalg.cholesky_banded(band, lower=True)
 
+    @functools.cached_property
+    def _inverse(self) -> Array | None:
+        """L^-1 of a small matrix, (nv, nv); None of others.
+
+        Raises
+        ------
+        LinAlgError
+            If a motion has no mass.
+        """
+        if not isinstance(self.matrix, np.ndarray):
+            return None
+        masses = self.diagonal()
+        if not np.all(masses > 0.0):
+            raise np.linalg.LinAlgError("a mass is 0")
+        scale = 1.0 / np.sqrt(masses)
+        found: Array = np.linalg.inv(np.linalg.cholesky(scale[:, None] * self.matrix * scale)) * scale
+        return found
+
     def half(self, f: Array) -> Array:
         """L^-1 P f of forces f, (nv,) or (nv, n)."""
+        if self._inverse is not None:
+            return np.asarray(self._inverse @ f)
         order, L = self._factor
         return _solved(L, f[order], "N")
 
     def back(self, w: Array) -> Array:
         """P^T L^-T w of what `half` gives, so that the energy of the motion is w.w/2: (nv,) or (nv, n)."""
+        if self._inverse is not None:
+            return np.asarray(self._inverse.T @ w)
         order, L = self._factor
         found = np.empty_like(w)
         found[order] = _solved(L, w, "T")

@@ -74,6 +74,8 @@ class Mechanism(MechanismModels):
 
     def __init__(self, assembly: Assembly, spin: Array, opened: Sequence[int] = (), *, relaxed: bool = False) -> None:
         super().__init__(assembly, spin, opened, relaxed=relaxed)
+        #: Models of `with_share` and the bytes of its records in each, by its label.
+        self._shares: dict[str, tuple[Any, Array]] = {}
         #: Equilibria of elastic parts, None without any.
         self.elastic = Elastic(self) if has_elastic_parts(self.whole) else None
         #: What `refined` has found, by the path.
@@ -90,12 +92,13 @@ class Mechanism(MechanismModels):
         records, own = share.taken(getattr(self.whole, share.family)), share.evaluated
         if own.prepare is not None:
             own.prepare(self, share, at, direction, records)
-        model = self._models.get(share.label)
-        if model is None:
-            model = self._models[share.label] = self.bare._replace(**{share.family: records})
+        known = self._shares.get(share.label)
+        if known is None:
+            model = self.bare._replace(**{share.family: records})
+            known = self._shares[share.label] = model, bytes_of(getattr(model, share.family))
         else:
-            bytes_of(getattr(model, share.family))[:] = bytes_of(records)
-        return model
+            known[1][:] = bytes_of(records)
+        return known[0]
 
     def of_run(self, solution: Solution, n: int) -> Position:
         """The mechanism at sample n of a run, with the strains that the branches of viscoelastic parts have there."""

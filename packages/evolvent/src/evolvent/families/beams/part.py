@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
 from evolvent import elements
 from evolvent.assembly.builder import Builder
-from evolvent.assembly.references import Location
 from evolvent.compiled import lookups
 from evolvent.elements.inertia import SectionInertia
 from evolvent.elements.sections import AnySection, MaterialOrName
@@ -18,6 +17,7 @@ from evolvent.families.beams import element_calls
 from evolvent.families.beams.beam_strains import POINTS
 from evolvent.families.beams.family_bends import add_bends
 from evolvent.families.beams.family_relaxation import add_relaxation
+from evolvent.families.beams.nodes import across
 from evolvent.families.relaxation.family import add_terms
 from evolvent.kernels import ancf_beams as kernels
 from evolvent.parts.applies import Applies, given, left_out
@@ -25,7 +25,7 @@ from evolvent.parts.base import Arrays, Group, Part, unit
 from evolvent.parts.curve import AnyCurve, check_curve, is_curved, stress_free
 from evolvent.parts.mesh import check_grading, check_inertia, element_lengths, halved, node_arc
 from evolvent_base import units
-from evolvent_base.dense import dot, inverse, product
+from evolvent_base.dense import product
 from evolvent_base.errors import InputError
 
 CABLES = ("cable", "cable_stretch")
@@ -195,7 +195,7 @@ class Beam(Part):
         found[:, 0] = np.array(self.position) + np.outer(self.arc, e1)
         found[:, 1] = e1
         if self.vectors == 4:
-            e2 = _across(e1) if self.normal is None else unit(self.normal)
+            e2 = across(e1) if self.normal is None else unit(self.normal)
             if abs(e1 @ e2) > 1e-9:
                 raise InputError(
                     f"{name}.normal is {self.normal!r}; it must be perpendicular to {name}.direction, "
@@ -368,35 +368,3 @@ class Beam(Part):
             else:
                 found += [*elements.section_stiffness(xi, section, self.material).ravel(), *start]
         return builder.parameters(found)[0]
-
-
-def _across(e1: np.ndarray) -> np.ndarray:
-    """The unit vector across e1 that is nearest to y; to z, where e1 is along y."""
-    near = np.array([0.0, 1.0, 0.0])
-    if abs(e1[1]) > 1.0 - 1e-9:
-        near = np.array([0.0, 0.0, 1.0])
-    return unit(near - dot(near, e1) * e1)
-
-
-def node_of(builder: Builder, where: Any, key: str = "node") -> tuple[int, int, int, int]:
-    """Index of a beam, its kind, and indices of coordinates and velocities (as the builder counts) of one of its nodes.
-
-    `where` is a reference such as "boom.root", "boom.tip" or "boom[5]"; `key` says what it is given for.
-    """
-    at = builder.location(where, key)
-    if at.family != "beams":
-        raise InputError(f"{key} is {where!r}; it must be a node of a beam, such as 'boom.tip' or 'boom[5]'")
-    return at.row, at.beam, at.iq, at.iv
-
-
-def node_rate(builder: Builder, at: Location) -> np.ndarray:
-    """Angular velocity of a beam's node at the start, rad/s, inertial axes; of a cable without that about its axis."""
-    count = 3 * kernels.NODE_VECTORS[at.beam]
-    node = np.array(builder.q[at.iq : at.iq + count]).reshape(-1, 3)
-    rates = np.array(builder.v[at.iv : at.iv + count]).reshape(-1, 3)
-    if at.beam != kernels.BEAM:
-        turn: np.ndarray = np.cross(node[1], rates[1]) / dot(node[1], node[1])
-        return turn
-    # least squares of w x r = r' for both directions across
-    A = sum(dot(r, r) * np.eye(3) - np.outer(r, r) for r in node[2:])
-    return product(inverse(A), sum(np.cross(r, rate) for r, rate in zip(node[2:], rates[2:], strict=True)))

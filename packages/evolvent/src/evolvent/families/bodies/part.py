@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 from evolvent.assembly.assembled import Pose
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import Location, is_name, split_reference
-from evolvent.families.beams.part import node_rate
+from evolvent.families.beams.nodes import node_rate
 from evolvent.families.joints.part import Joint
 from evolvent.kernels import rigid
 from evolvent.kernels.rotations import rotation_about_axis, rotation_from_quaternion

@@ -11,7 +11,7 @@ import numpy as np
 from evolvent.assembly import expressions
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import split_reference
-from evolvent.families.beams.part import node_of
+from evolvent.families.beams.nodes import node_of
 from evolvent.families.loads import beam_loads
 from evolvent.families.loads.part_rows import (
     FRAMES,
@@ -29,21 +29,14 @@ from evolvent.parts.applies import OF_LAW, Applies, given, left_out, one_of, ref
 from evolvent.parts.base import Group, Part, PointReference, Reference, unit
 from evolvent.parts.checks import check_unit
 from evolvent.parts.expression import Constants, ForceLaw, Parameters, write_law
-from evolvent.parts.profile import (
-    AreaForceProfile,
-    ForceProfile,
-    LineForceProfile,
-    LineTorqueProfile,
-    LoadProfile,
-    TorqueProfile,
-    write_profile,
-)
+from evolvent.parts.profile import AS_PROFILE, ForceProfile, Profile, TorqueProfile, write_profile
 from evolvent_base import units
 from evolvent_base.dense import norm
 from evolvent_base.errors import InputError, nearest
 
 #: Keys by which the type of a load is "torque" where it is left out.
 _OF_TORQUE = ("torque", "axis", "slope")
+_LoadProfile = Annotated[Profile[units.ForceOrTorque], AS_PROFILE]
 _FORCE, _TORQUE = one_of("type", "force", ""), one_of("type", "torque", "")
 
 
@@ -148,7 +141,7 @@ class Load(Part):
     torque: units.AnyTorqueVector | None = None
     direction: units.Direction | None = None
     axis: units.Direction | None = None
-    profile: LoadProfile | None = None
+    profile: _LoadProfile | None = None
     law: ForceLaw | None = None
     parameters: Parameters = ()
     constants: Constants | None = None
@@ -171,9 +164,11 @@ class Load(Part):
         if key == "torque":
             return units.LineTorqueVector if edge else units.TorqueVector
         if key == "profile" and _is_torque(keys):
-            return LineTorqueProfile if edge else TorqueProfile
+            return Annotated[Profile[units.LineTorque], AS_PROFILE] if edge else TorqueProfile
+        if key == "profile" and along:
+            return Annotated[Profile[units.LineForce], AS_PROFILE]
         if key == "profile":
-            return LineForceProfile if along else AreaForceProfile if over else ForceProfile
+            return Annotated[Profile[units.AreaForce], AS_PROFILE] if over else ForceProfile
         return super().type_of(key, content)
 
     @property

@@ -13,12 +13,15 @@ from evolvent.parts.applies import OF_LAW, Applies, given, left_out
 from evolvent.parts.base import CoordinateName, Group, Part
 from evolvent.parts.drive import FreeSpool
 from evolvent.parts.law import Constants, Parameters, PathDrive, SpringLaw, write_law
-from evolvent.parts.profile import CurrentProfile, Profile, TorqueOrForceProfile, VoltageProfile, write_profile
+from evolvent.parts.profile import AS_PROFILE, Profile, write_profile
 from evolvent_base import units
 from evolvent_base.errors import InputError
 
 #: Keys of which a motor has one.
 WAYS = ("torque", "law", "motion", "voltage", "current")
+_TorqueOrForceProfile = Annotated[Profile[units.TorqueOrForce], AS_PROFILE]
+_VoltageProfile = Annotated[Profile[units.Voltage], AS_PROFILE]
+_CurrentProfile = Annotated[Profile[units.Current], AS_PROFILE]
 
 
 class Motor(Part):
@@ -98,15 +101,15 @@ class Motor(Part):
     group = Group.CONTROL
     symbol = "motor"
     joint: CoordinateName
-    torque: TorqueOrForceProfile | None = None
+    torque: _TorqueOrForceProfile | None = None
     law: SpringLaw | None = None
     parameters: Parameters = ()
     constants: Constants | None = None
     motion: PathDrive | None = None
     position_gain: units.CoordinateStiffnessOrZero = 0.0
     velocity_gain: units.CoordinateDampingOrZero = 0.0
-    voltage: VoltageProfile | None = None
-    current: CurrentProfile | None = None
+    voltage: _VoltageProfile | None = None
+    current: _CurrentProfile | None = None
     torque_constant: units.TorqueConstant | None = None
     resistance: units.Resistance | None = None
     ratio: units.PositiveNumber = 1.0

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from evolvent.families.nets.cords import own_cords, samples_of_cords, samples_of_nodes
-from evolvent.nets.surface import Surface
 from evolvent.results.observe.variables import Observed, Variable, observer
 from evolvent.results.observe.view import View
 from evolvent_base.errors import InputError
+
+if TYPE_CHECKING:
+    from evolvent.nets.surface import Surface
 
 #: How cords are drawn: as lines in colours by their tensions.
 _CORDS = {"line": {"points": "position", "pieces": "cord_nodes", "values": ["tension"]}}

@@ -9,7 +9,7 @@ import numpy as np
 
 from evolvent.assembly.assembled import Pose
 from evolvent.assembly.builder import Builder
-from evolvent.families.beams.part import _across
+from evolvent.families.beams.nodes import across
 from evolvent.families.nets.part_ties import Anchors, AnyTies, Behind, HungNet, RearNet
 from evolvent.families.nets.part_unfold import unfolded
 from evolvent.kernels import markers
@@ -148,7 +148,7 @@ class Net(Part):
         three = unit(self.axis)
         one = np.array([1.0, 0.0, 0.0]) if self.direction is None else unit(self.direction)
         one = one - (one @ three) * three
-        one = unit(one) if np.linalg.norm(one) > 1e-3 else _across(three)
+        one = unit(one) if np.linalg.norm(one) > 1e-3 else across(three)
         return np.stack([one, np.cross(three, one), three], axis=1)
 
     def layout(self, name: str = "net") -> Topology:

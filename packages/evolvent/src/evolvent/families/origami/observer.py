@@ -6,7 +6,7 @@ import numpy as np
 
 from evolvent.assembly.families import bodies_of
 from evolvent.elements.fold_files import Crease
-from evolvent.families.origami.part import edge_of
+from evolvent.families.origami.folding import edge_of
 from evolvent.results.observe.variables import Observed, cross, dot, norm, observer
 from evolvent.results.observe.view import View
 

@@ -15,7 +15,7 @@ from evolvent.elements.laminates import WallProperties, WallSection
 from evolvent.elements.rods import quaternion
 from evolvent.elements.sections import MaterialOrName
 from evolvent.families.origami.facet import Facet, Fold, Hinge, HingeSpring, inertia_of
-from evolvent.families.origami.folding import Folded, state
+from evolvent.families.origami.folding import EDGES, Folded, edge_of, state
 from evolvent.families.shells.part import Shell
 from evolvent.kernels.rotations import rotation_from_quaternion
 from evolvent.parts.applies import Applies, given, left_out, one_of, refuse_unfit
@@ -33,13 +33,6 @@ _LARGEST = math.pi - 1e-3
 _OF_SHELLS = ("rigid", "elements", "mass_damping", "stiffness_damping")
 FacetNumber = Annotated[int, units.Whole(least=0, most=100_000)]
 FacetNumbers = tuple[FacetNumber, ...]
-#: Edges of a facet of four vertices as a shell, from its first vertex on, and whether they go on counterclockwise.
-_EDGES = (("y0", 1.0), ("x1", 1.0), ("y1", -1.0), ("x0", -1.0))
-
-
-def edge_of(facet: tuple[int, ...], begin: int) -> tuple[str, float]:
-    """Edge of a facet as a shell that goes on counterclockwise from a vertex, and 1 if its nodes do so, else -1."""
-    return _EDGES[facet.index(begin)]
 
 
 class Origami(Part):
@@ -199,7 +192,7 @@ class Origami(Part):
 
     def _is_rigid(self, facet: int) -> bool:
         """Whether a facet is a rigid body."""
-        alone = facet in self.rigid or facet in self.held or len(self.pattern.facets[facet]) != len(_EDGES)
+        alone = facet in self.rigid or facet in self.held or len(self.pattern.facets[facet]) != len(EDGES)
         return self.facets == "rigid" or alone
 
     def write(self, builder: Builder, name: str) -> None:

@@ -16,7 +16,7 @@ from evolvent.elements.inertia import SectionInertia
 from evolvent.elements.sections import MaterialOrName, RodSection, SectionStiffness, TapeSection
 from evolvent.elements.shapes import CrossSection, Strip
 from evolvent.elements.viscoelastic import Viscoelastic
-from evolvent.families.beams.part import _across
+from evolvent.families.beams.nodes import across
 from evolvent.families.relaxation.family import add_branches, add_terms
 from evolvent.families.rods import tape as tapes
 from evolvent.kernels import rigid
@@ -207,7 +207,7 @@ class Rod(Part):
                 R = product(R, 1.5 * np.eye(3) - 0.5 * product(np.swapaxes(R, 1, 2), R))
             return given[:, 0], R
         e1 = unit(self.direction)
-        e2 = _across(e1) if self.normal is None else unit(self.normal)
+        e2 = across(e1) if self.normal is None else unit(self.normal)
         if abs(e1 @ e2) > 1e-9:
             raise InputError(
                 f"{name}.normal is {self.normal!r}; it must be perpendicular to {name}.direction, {self.direction!r}"

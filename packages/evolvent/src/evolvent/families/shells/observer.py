@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
+from evolvent import elements
 from evolvent.assembly.families import bodies_of
-from evolvent.elements import strength
-from evolvent.elements.laminates import WallProperties, turned_expansion
 from evolvent.families.shells.shell_strains import STRAINS
 from evolvent.model import RESULTS
 from evolvent.results.observe.variables import Observed, Variable, cross, norm, observer
 from evolvent.results.observe.view import View
+
+if TYPE_CHECKING:
+    from evolvent.elements.laminates import WallProperties
 
 Array = np.ndarray
 #: Fields of an element of which the shell has the sum.
@@ -160,7 +164,7 @@ def _strains(view: View, name: str, wall: WallProperties, resultants: Array) -> 
     if wall.expansion is not None and np.any(rows["heated"] != 0):
         warmth, slope = (fields[key][:, own, None] for key in ("warmth", "slope"))
         for k, ply in enumerate(plies):
-            expansion = turned_expansion(ply.material, ply.angle)
+            expansion = elements.laminates.turned_expansion(ply.material, ply.angle)
             free[:, :, k] = np.concatenate([expansion * warmth, expansion * slope], axis=-1)
         thermal = warmth * wall.expansion[:, 0] + slope * wall.expansion[:, 1]
         return resultants @ shell["compliance"] + thermal, free
@@ -198,8 +202,9 @@ def _observe_strength(view: View, name: str, strains: Array, free: Array, found:
     known = [k for k, ply in enumerate(plies) if ply.material.tensile_strength is not None]
     if not known:
         return []
-    stress = strength.ply_stresses(plies, strains, free)
-    index = np.stack([strength.failure_index(plies[k].material, stress[..., k, :, :]).max(axis=-1) for k in known], -1)
+    stress = elements.strength.ply_stresses(plies, strains, free)
+    failure = elements.strength.failure_index
+    index = np.stack([failure(plies[k].material, stress[..., k, :, :]).max(axis=-1) for k in known], -1)
     largest, ply = index.max(axis=-1), np.array(known)[index.argmax(axis=-1)]
     text = "square root of the criterion of Tsai and Hill, of the ply and face nearest to failure; 1 at failure"
     found.along("failure_index", "element", largest, "1", text)

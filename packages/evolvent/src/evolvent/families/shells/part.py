@@ -13,7 +13,7 @@ from evolvent.assembly.builder import Builder
 from evolvent.elements import rods
 from evolvent.elements.laminates import Laminate, Ply, WallProperties, WallSection
 from evolvent.elements.sections import MaterialOrName
-from evolvent.families.beams.part import _across
+from evolvent.families.beams.nodes import across
 from evolvent.families.relaxation.family import add_branches, add_terms
 from evolvent.families.shells import stiffness
 from evolvent.families.shells.part_file import FORMATS, read
@@ -285,7 +285,7 @@ class Shell(Part):
         one = self._direction
         if self.normal is None:
             flat = np.array([0.0, 0.0, 1.0])
-            three = flat - one * one[2] if abs(one[2]) < 0.9 else _across(one)
+            three = flat - one * one[2] if abs(one[2]) < 0.9 else across(one)
             three = three / np.linalg.norm(three)
         else:
             three = unit(self.normal)

@@ -13,10 +13,13 @@ from evolvent.elements.heat import HeatBalance
 from evolvent.families.loads.part_rows import window
 from evolvent.model.registry import families
 from evolvent.parts.base import Group, Part, Reference, unit
-from evolvent.parts.profile import GradientProfile, TemperatureProfile, write_profile
+from evolvent.parts.profile import AS_PROFILE, Profile, write_profile
 from evolvent_base import units
 from evolvent_base.dense import legendre, product
 from evolvent_base.errors import InputError, nearest
+
+_TemperatureProfile = Annotated[Profile[units.Temperature], AS_PROFILE]
+_GradientProfile = Annotated[Profile[units.TemperatureGradient], AS_PROFILE]
 
 
 def _pairs(value: Any) -> Any:
@@ -66,9 +69,9 @@ class ThermalLoad(Part):
     kind: Literal["thermal-load"] = "thermal-load"
     group = Group.LOADS
     part: Annotated[str, Reference(what="a beam, a rod or a shell")]
-    temperature: TemperatureProfile | None = None
-    gradient_y: GradientProfile | None = None
-    gradient_z: GradientProfile | None = None
+    temperature: _TemperatureProfile | None = None
+    gradient_y: _GradientProfile | None = None
+    gradient_z: _GradientProfile | None = None
     along: Annotated[tuple[tuple[units.Fraction, units.Number], ...], BeforeValidator(_pairs)] | None = None
     balance: HeatBalance | None = None
 

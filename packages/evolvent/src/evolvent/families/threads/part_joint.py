@@ -8,8 +8,8 @@ import numpy as np
 
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import split_reference
-from evolvent.families.threads.part import Thread
 from evolvent.kernels import markers
+from evolvent.parts.base import kind_of
 from evolvent_base.dense import norm, product
 from evolvent_base.errors import InputError
 
@@ -78,7 +78,7 @@ def fix_end(builder: Builder, name: str, joint: Any) -> bool:
     index = builder.names[thread][1]
     row, spec = builder.rows["threads"][index], builder.specs[thread]
     place = builder.location(getattr(joint, other), f"{name}.{other}")
-    if row["end"] >= 0 or place.family == "beams" or not isinstance(spec, Thread):
+    if row["end"] >= 0 or place.family == "beams" or kind_of(type(spec)) != "thread":
         return False
     spec.check_tip(builder, thread, getattr(joint, key), f"{name}.{key}")
     x = np.array(builder.q[row["iq"] :][:3])
