@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from evolvent.families.nets.cords import own_cords, samples_of_cords, samples_of_nodes
+from evolvent.families.nets.cords import extremes_of_cords, own_cords, samples_of_cords, samples_of_nodes
 from evolvent.nets.surface import Surface
 from evolvent.results.observe.variables import Observed, Variable, observer
 from evolvent.results.observe.view import View
@@ -28,8 +28,11 @@ def observe_net(view: View, name: str) -> Observed:
     found.coordinates["cord_nodes"] = Variable(("cord", "end"), cords, "1", "nodes at the ends of each cord")
     found.coordinate("cord", "cord", np.arange(len(cords)), "1", "cords of the net, of its rear net, and ties")
     found.coordinate("natural_length", "cord", ends["length"], "m", "lengths without tension")
-    tension = fields["tension"]
-    found.along("tension", "cord", tension, "N", "tensions of the cords")
+    tension, over, lengths = (
+        fields["tension"],
+        *(extremes_of_cords(view, index, of) for of in ("tension", "distance")),
+    )
+    found.along("tension", "cord", tension, "N", "tensions of the cords", over)
     found.along("length", "cord", fields["distance"], "m", "lengths of the cords")
     found.scalar("least_tension", tension.min(axis=1), "N", "least tension of a cord")
     found.scalar("largest_tension", tension.max(axis=1), "N", "largest tension of a cord")

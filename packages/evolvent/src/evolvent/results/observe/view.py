@@ -16,12 +16,13 @@ from evolvent.equations.sampling import evaluate_samples
 from evolvent.kernels import markers, rigid, sides
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.drive import drive
-from evolvent.model import RECORDS, RESULTS
+from evolvent.model import RECORDS, RESULTS, registry
+from evolvent.model.family import EXTREMES
 from evolvent.model.memory import take
 from evolvent.model.powers import N_POWERS
 from evolvent.model.registry import is_by_rates
 from evolvent.results.motion import rotation_matrices
-from evolvent.results.observe.variables import cross, turned
+from evolvent.results.observe.variables import FamilyFields, cross, turned
 from evolvent.results.observe.wrenches import fill_wrenches
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.common.standing import end_ramps
@@ -66,29 +67,46 @@ def _results() -> dict[str, list[tuple[str, int, tuple[int, ...]]]]:
     }
 
 
-class Fields(dict[str, dict[str, Array]]):
+class Fields(dict[str, FamilyFields]):
     """Fields of records at samples, by family, evaluated as they are asked for.
 
     Parameters
     ----------
     evaluated : returns values (nt, n), of `evaluate_samples`, and their layout, for the family that is asked for
     kept : returns what stands in the place of some of them, by family and field
+    model : with the extremes over all steps of some fields
     """
 
     def __init__(
-        self, evaluated: Callable[[str], tuple[Array, _Layout]], kept: Callable[[], Mapping[str, dict[str, Array]]]
-    ) -> None:
+        self, evaluated: Callable[[str], tuple[Array, _Layout]], kept: Callable[[], Mapping[str, dict[str, Array]]],
+        model: Any,
+    ) -> None:  # fmt: skip
         super().__init__()
-        self._evaluated, self._kept = evaluated, kept
+        self._evaluated, self._kept, self._model = evaluated, kept, model
 
-    def __missing__(self, family: str) -> dict[str, Array]:
+    def __missing__(self, family: str) -> FamilyFields:
         values, layout = self._evaluated(family)
         nt, places = len(values), layout.places.get(family)
         if places is None:
-            return {name: np.empty((nt, 0, *shape)) for name, _, shape in _results().get(family, ())}
+            return FamilyFields({name: np.empty((nt, 0, *shape)) for name, _, shape in _results().get(family, ())}, {})
         found = {field: values[:, at : at + math.prod(shape)].reshape(nt, *shape) for field, at, shape in places}
-        found = self[family] = found | self._kept().get(family, {})
-        return found
+        found |= self._kept().get(family, {})
+        self[family] = FamilyFields(found, extremes_of(self._model, family))
+        return self[family]
+
+
+def extremes_of(model: Any, family: str) -> dict[str, Array]:
+    """Least and largest values over all steps, (2, n) of each of the fields of which the family keeps them.
+
+    Empty where no time loop has noted any.
+    """
+    names = registry.families()[family].samples.extremes
+    if not names:
+        return {}
+    noted = families.records(model, family)[EXTREMES].reshape(-1, len(names), 2)
+    if not np.all(np.isfinite(noted)):
+        return {}
+    return {name: np.array(noted[:, k].T) for k, name in enumerate(names)}
 
 
 class _Layout(NamedTuple):
@@ -192,10 +210,11 @@ class View:
         return found
 
     @functools.cached_property
-    def fields(self) -> dict[str, dict[str, Array]]:
+    def fields(self) -> Fields:
         """Fields of records that are results (`model.RESULTS`) at the samples, by family: (nt, n, ...) each."""
         evaluated = functools.cache(self._evaluated)
-        return Fields(lambda family: evaluated(family in self._families), functools.cache(self._kept_fields))
+        kept = functools.cache(self._kept_fields)
+        return Fields(lambda family: evaluated(family in self._families), kept, self.solution.assembly.model)
 
     def _evaluated(self, of_some: bool) -> tuple[Array, _Layout]:
         """Fields at the samples, of the families that are read or of all, and where they stand."""
