@@ -321,7 +321,8 @@ def _largest(found: xr.DataArray, values: np.ndarray, factor: float = 1.0) -> tu
     values : (nt,) float, in units of `factor`
     """
     k, extremes = _peak(np.abs(values)), variables.extremes_of(found)
-    largest = values[k] if extremes is None else float(max(extremes / factor, key=abs))
+    known = np.append(values[k], [] if extremes is None else extremes[np.isfinite(extremes)] / factor)
+    largest = float(known[np.argmax(np.abs(known))])
     between = abs(largest) > (1.0 + _PEAK) * abs(values[k])
     return k, float(largest if between else values[k]), bool(between)
 

@@ -25,8 +25,8 @@ class Variable(NamedTuple):
     values : array
     units : str, SI, as UDUNITS writes them ("kg m2 s-1")
     long_name : str, what it is and in which axes
-    extremes : array (2, ...), least and largest values over all steps of what it has beside the time; None where they
-        are not known
+    extremes : array (2, ...), least and largest values over all steps of what it has beside the time, NaN of one that
+        is not known; None where none is
     """
 
     dims: tuple[str, ...]
