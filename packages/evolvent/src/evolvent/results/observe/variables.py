@@ -63,17 +63,24 @@ class FamilyFields(dict[str, Array]):
 
     Parameters
     ----------
-    extremes : field -> (2, n) float, least and largest values over all steps
+    noted : tuple of str, fields whose extremes over all steps the records hold
+    extremes : (n, 2 m) float, the least and the largest value of each of them in turn
     """
 
-    def __init__(self, values: Mapping[str, Array], extremes: Mapping[str, Array]) -> None:
+    def __init__(self, values: Mapping[str, Array], noted: tuple[str, ...] = (), extremes: Array | None = None) -> None:
         super().__init__(values)
-        self.extremes = extremes
+        self._noted, self._extremes = noted, extremes
 
     def extremes_of(self, field: str, index: Any) -> Array | None:
-        """Least and largest value of a field of a record, (2,), or of several, (2, m); None where not known."""
-        found = self.extremes.get(field)
-        return None if found is None else found[:, index]
+        """Least and largest value of a field of a record, (2,), or of several, (2, m).
+
+        None where they are not known, as without a time loop.
+        """
+        if self._extremes is None or field not in self._noted:
+            return None
+        at = 2 * self._noted.index(field)
+        found = self._extremes[index, at : at + 2].T
+        return np.array(found) if np.isfinite(found).all() else None
 
 
 @dataclasses.dataclass

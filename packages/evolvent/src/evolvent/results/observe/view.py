@@ -73,13 +73,12 @@ class Fields(dict[str, FamilyFields]):
     Parameters
     ----------
     evaluated : returns values (nt, n), of `evaluate_samples`, and their layout, for the family that is asked for
-    kept : returns what stands in the place of some of them, by family and field
+    kept : returns what stands in the place of some of those of a family, by field
     model : with the extremes over all steps of some fields
     """
 
     def __init__(
-        self, evaluated: Callable[[str], tuple[Array, _Layout]], kept: Callable[[], Mapping[str, dict[str, Array]]],
-        model: Any,
+        self, evaluated: Callable[[str], tuple[Array, _Layout]], kept: Callable[[str], Mapping[str, Array]], model: Any
     ) -> None:  # fmt: skip
         super().__init__()
         self._evaluated, self._kept, self._model = evaluated, kept, model
@@ -88,25 +87,13 @@ class Fields(dict[str, FamilyFields]):
         values, layout = self._evaluated(family)
         nt, places = len(values), layout.places.get(family)
         if places is None:
-            return FamilyFields({name: np.empty((nt, 0, *shape)) for name, _, shape in _results().get(family, ())}, {})
+            return FamilyFields({name: np.empty((nt, 0, *shape)) for name, _, shape in _results().get(family, ())})
         found = {field: values[:, at : at + math.prod(shape)].reshape(nt, *shape) for field, at, shape in places}
-        found |= self._kept().get(family, {})
-        self[family] = FamilyFields(found, extremes_of(self._model, family))
+        found |= self._kept(family)
+        noted = registry.families()[family].samples.extremes
+        extremes = families.records(self._model, family)[EXTREMES] if noted else None
+        self[family] = FamilyFields(found, noted, extremes)
         return self[family]
-
-
-def extremes_of(model: Any, family: str) -> dict[str, Array]:
-    """Least and largest values over all steps, (2, n) of each of the fields of which the family keeps them.
-
-    Empty where no time loop has noted any.
-    """
-    names = registry.families()[family].samples.extremes
-    if not names:
-        return {}
-    noted = families.records(model, family)[EXTREMES].reshape(-1, len(names), 2)
-    if not np.all(np.isfinite(noted)):
-        return {}
-    return {name: np.array(noted[:, k].T) for k, name in enumerate(names)}
 
 
 class _Layout(NamedTuple):
@@ -213,8 +200,8 @@ class View:
     def fields(self) -> Fields:
         """Fields of records that are results (`model.RESULTS`) at the samples, by family: (nt, n, ...) each."""
         evaluated = functools.cache(self._evaluated)
-        kept = functools.cache(self._kept_fields)
-        return Fields(lambda family: evaluated(family in self._families), kept, self.solution.assembly.model)
+        model = self.solution.assembly.model
+        return Fields(lambda family: evaluated(family in self._families), self._kept_fields, model)
 
     def _evaluated(self, of_some: bool) -> tuple[Array, _Layout]:
         """Fields at the samples, of the families that are read or of all, and where they stand."""
@@ -270,14 +257,18 @@ class View:
             end_ramps(shared[key])
         return shared[key]
 
-    def _kept_fields(self) -> dict[str, dict[str, Array]]:
-        """Fields of records that the method has kept, or that are evaluated beside the states."""
-        kept, found = self.solution.kept, {}
-        if kept is not None or is_by_rates(self.solution.model):  # else there is nothing to evaluate again
-            found = self.solution.forces
-        if kept is not None and kept.points is not None:
-            found["contact_points"] = {"force": kept.points} | found.get("contact_points", {})
+    def _kept_fields(self, family: str) -> dict[str, Array]:
+        """Fields of a family that the method has kept, or that are evaluated beside the states."""
+        kept, found = self.solution.kept, dict[str, Array]()
+        if registry.families()[family].samples.kept and (kept is not None or is_by_rates(self.solution.model)):
+            found = self._forces.get(family, {})  # else there is nothing to evaluate again
+        if family == "contact_points" and kept is not None and kept.points is not None:
+            found = {"force": kept.points} | found
         return found
+
+    @functools.cached_property
+    def _forces(self) -> dict[str, dict[str, Array]]:
+        return self.solution.forces
 
     @property
     def load_factor(self) -> Array | float:
