@@ -84,13 +84,11 @@ def end_step(interval, model):
 
 @calls.note_extremes
 def note_all(s, model):
-    """Lengths of all springs, their rates, and tensions."""
+    """Extensions and tensions of all springs."""
     rows = model.springs
     for k in range(rows.size):
-        note_extremes(rows[k].extremes, 0, rows[k].length + rows[k].extension)
-        note_extremes(rows[k].extremes, 1, rows[k].extension)
-        note_extremes(rows[k].extremes, 2, rows[k].rate)
-        note_extremes(rows[k].extremes, 3, rows[k].tension)
+        note_extremes(rows[k].extremes, 0, rows[k].extension)
+        note_extremes(rows[k].extremes, 1, rows[k].tension)
 
 
 def _at_ends(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any, ...]]:
@@ -160,7 +158,7 @@ SPRINGS = Family(
         "stiffness damping length lateral_stiffness lateral_damping axis",
         "length0 length1 end slope line line0 passed distance extension rate tension lateral stored lost "
         "extremes",
-        extremes=(8,), axis=_3, end=_3, line=_3, line0=_3, lateral=_3,
+        extremes=(4,), axis=_3, end=_3, line=_3, line0=_3, lateral=_3,
     ),
     order=150,
     results={
@@ -207,7 +205,7 @@ SPRINGS = Family(
     statics=Statics(uneven=_uneven, no_balance=_no_balance, sets=_sets),
     energies=Energies(resists=("extension", "tension")),
     samples=Samples(
-        local=True, evaluate=evaluate, extremes=("distance", "extension", "rate", "tension"), note_extremes=note_all
+        local=True, evaluate=evaluate, extremes=("extension", "tension"), note_extremes=note_all
     ),
     notes=Notes(passages=_passages),
 )  # fmt: skip
