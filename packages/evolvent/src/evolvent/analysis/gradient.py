@@ -30,8 +30,8 @@ CHANGE, MOVE, RATE = 1e-6, 1e-5, 1e-4
 #: Second differences beside the largest first one, and beside values, from which on a kink is looked for, and what of
 #: them is left at half the distance.
 BENT, ROUND_OFF, KINK = 0.2, 1e-10, 0.4
-#: Part by which an extreme over all steps may be beside that of the samples, by which its derivative is found.
-BETWEEN = 1e-2
+#: Part by which an extreme over all steps may be beside that of the samples, by whose derivative its own is found.
+BETWEEN = 1e-6
 #: Keys of which each is tried alone, whether a value depends on it.
 FEW = 1
 #: Coordinates and rates of which each is tried, whether a value is a function of it.
