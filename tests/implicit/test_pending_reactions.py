@@ -1,8 +1,9 @@
 """Reactions at the samples of an implicit run are evaluated where they are asked for, with the same bits."""
 
+import numpy as np
 import pytest
 
-from evolvent import cases
+from evolvent import System, cases, parts
 from evolvent.solvers.time.implicit import reactions
 
 
@@ -21,3 +22,27 @@ def test_reactions_are_evaluated_where_they_are_asked_for(monkeypatch):
     seen = plan.observe(["pivot 1.force"])
     assert set(calls) == {whole.time.size}
     assert seen["pivot 1.force"].values.tobytes() == whole["pivot 1"].force.values.tobytes()
+
+
+def test_both_equations_give_the_same(monkeypatch):
+    """A double pendulum with a wheel, a spring, a push and a joint that is released: rows and the tangent."""
+    system = System(gravity=(0.0, 0.0, -9.81))
+    for k, x in enumerate((0.5, 1.5)):
+        system.add(parts.RigidBody(mass=2.0, inertia=(0.1, 0.3, 0.3), position=(x, 0.0, 0.0)), f"arm {k}")
+    axis = {"type": "revolute", "axis": (0.0, 1.0, 0.1)}
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="arm 0", **axis), "shoulder")
+    system.add(parts.Joint(a=("arm 0", (0.5, 0.0, 0.0)), b="arm 1", **axis, until=0.5), "elbow")
+    system.add(parts.Spring(a=(1.0, 0.0, 1.0), b="arm 1", stiffness=50.0, damping=1.0), "spring")
+    system.add(parts.ReactionWheel(body="arm 1", axis=(0.0, 0.0, 1.0), inertia=0.01, rate=20.0), "wheel")
+    system.add(parts.Load(at="arm 1", force=(0.0, 0.0, 2.0)), "push")
+
+    def found() -> np.ndarray:
+        run = system.simulate(until=1.0, every=0.02, method="generalized-alpha")
+        return np.concatenate([run[name][key].values for name in ("shoulder", "elbow") for key in ("force", "moment")])
+
+    by_rates, asked = found(), []
+    monkeypatch.setattr(reactions, "is_by_rates", lambda model: asked.append(model) or False)
+    by_tangent = found()
+    assert asked
+    assert np.abs(by_tangent).max() > 10.0
+    np.testing.assert_allclose(by_rates, by_tangent, atol=1e-7 * np.abs(by_tangent).max())

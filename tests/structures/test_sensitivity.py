@@ -295,7 +295,7 @@ def test_those_of_the_adjoint_are_those_of_neighbours(case: str, method: str) ->
     "name",
     [
         "hinge.latch_time", "hinge.angle.last", "hinge.torque.last", "flap.angle.integral", "flap.angle.mean",
-        "hinge.angle.at(1.2 s)", "hinge.rate.abs_max",
+        "hinge.angle.at(1.2 s)", "flap.rate.z.abs_max",
     ],
 )  # fmt: skip
 def test_values_of_the_adjoint_follow_from_samples_and_events(name: str, method: str) -> None:
@@ -307,6 +307,16 @@ def test_values_of_the_adjoint_follow_from_samples_and_events(name: str, method:
     )
     size = float(np.abs(forward.derivative).max())
     np.testing.assert_allclose(adjoint.derivative, forward.derivative, rtol=1e-6, atol=1e-6 * size)
+
+
+def test_the_adjoint_of_an_extreme_between_samples_is_refused() -> None:
+    """The rate is largest as the latch locks; at the samples it is smaller, and has other derivatives."""
+    settings: dict[str, Any] = {"until": 1.5, "step": 0.01, "method": "generalized-alpha"}
+    with pytest.raises(InputError, match=r"rate.abs_max' is not supported, which is .* over all steps and .*'forward'"):
+        hinge().sensitivity("hinge.rate.abs_max", ["hinge.stiffness"], mode="adjoint", **settings)
+    value = hinge().sensitivity("hinge.rate.abs_max", ["hinge.stiffness"], mode="forward", **settings).dataset
+    assert value.result.item() == pytest.approx(math.sqrt(2.0 * (1.2**2 - 0.2**2) / 0.5), rel=1e-3)
+    assert value.derivative.item() == pytest.approx(0.5 * value.result.item() / 2.0, rel=1e-3)
 
 
 @pytest.mark.slow

@@ -14,7 +14,7 @@ from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.variants import Changes
 from evolvent.kernels.blocks import displace
-from evolvent.results.kept import Kept, kept_of, reduce, split
+from evolvent.results.kept import EXTREME, Kept, kept_of, reduce, split
 from evolvent.solvers.common.laws import law_failure
 from evolvent.solvers.sensitivity.adjoint import Adjoint
 from evolvent.solvers.sensitivity.patches import Patch, Sides, restore
@@ -30,6 +30,8 @@ CHANGE, MOVE, RATE = 1e-6, 1e-5, 1e-4
 #: Second differences beside the largest first one, and beside values, from which on a kink is looked for, and what of
 #: them is left at half the distance.
 BENT, ROUND_OFF, KINK = 0.2, 1e-10, 0.4
+#: Part by which an extreme over all steps may be beside that of the samples, by whose derivative its own is found.
+BETWEEN = 1e-6
 #: Keys of which each is tried alone, whether a value depends on it.
 FEW = 1
 #: Coordinates and rates of which each is tried, whether a value is a function of it.
@@ -253,6 +255,11 @@ def _seeds(solution: Solution, name: str, value: float, adjoint: Adjoint) -> tup
     series = _series(solution, variable)
     weights = _weights(series, solution.t, reduction)
     samples = np.flatnonzero(weights)
+    if reduction in EXTREME and abs(value - (seen := reduce(series, solution.t, reduction))) > BETWEEN * abs(value):
+        raise InputError(
+            f"the adjoint of {name!r} is not supported, which is {value:.6g} over all steps and {seen:.6g} at the "
+            f"samples; take mode 'forward', or more samples"
+        )
     if not np.array_equal(_series(solution.chosen(np.append([0], samples)), variable)[1:], series[samples]):
         raise InputError(
             f"the adjoint of {name!r} is not supported, which follows from several samples; take mode 'forward'"

@@ -6,7 +6,15 @@ from numba import void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels import constraints, contact, rigid, turning
-from evolvent.kernels.calls import end_friction_at, excess_at, note_stage_at, note_state_at, power_at, take_step_at
+from evolvent.kernels.calls import (
+    end_friction_at,
+    excess_at,
+    note_extremes_at,
+    note_stage_at,
+    note_state_at,
+    power_at,
+    take_step_at,
+)
 from evolvent.model import DISSIPATED, KEPT, MODEL, RELEASE
 
 
@@ -115,3 +123,11 @@ def note_stage(t, starts, model):
     calls = model.explicit_note_stage_calls
     for k in range(calls.size):
         note_stage_at(model, calls[k])(t, starts, model)
+
+
+@inlined
+def note_extremes(s, model):
+    """Take the last evaluation, of the start or the end of a step, into the extremes over all steps."""
+    calls = model.samples_note_extremes_calls
+    for k in range(calls.size):
+        note_extremes_at(model, calls[k])(s, model)

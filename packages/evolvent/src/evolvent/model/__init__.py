@@ -18,6 +18,7 @@ from numba import config
 from numba.np import numpy_support
 
 from evolvent.compiled.pointer import array, zeros_record
+from evolvent.model.family import EXTREMES
 from evolvent.model.fields import ModelFields
 from evolvent.model.having import has as has, having as having, nonzero as nonzero, not_negative as not_negative
 from evolvent.model.interval import NUMBERS
@@ -62,6 +63,8 @@ def family_type(name: str) -> Any:
 def zeros(name: str, size: int) -> Array:
     """An empty family of `size` records; fields read as attributes of a record, as compiled code does."""
     family = np.zeros(size, dtype=RECORDS[name])
+    if EXTREMES in (family.dtype.names or ()):  # of no step yet
+        family[EXTREMES][:, ::2], family[EXTREMES][:, 1::2] = np.inf, -np.inf
     return family.view(np.recarray) if config.DISABLE_JIT else family
 
 

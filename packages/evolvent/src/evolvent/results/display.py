@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 
+import numpy as np
 import xarray as xr
 
+from evolvent.model.family import EXTREMES
 from evolvent_base.errors import InputError, nearest
 
 _DEG, _RPM = 180.0 / math.pi, 30.0 / math.pi
@@ -70,4 +72,7 @@ def shown(found: xr.DataArray, units: str | None = None) -> xr.DataArray:
     """
     unit = str(found.attrs.get("units", ""))
     factor, name = shown_unit(unit, written(found) if units is None else units)
-    return found if name == unit else found.copy(data=factor * found.values).assign_attrs(units=name)
+    if name == unit:
+        return found
+    own = {EXTREMES: factor * np.asarray(found.attrs[EXTREMES])} if EXTREMES in found.attrs else {}
+    return found.copy(data=factor * found.values).assign_attrs(own, units=name)

@@ -40,6 +40,8 @@ REDUCTIONS: dict[str, Callable[[np.ndarray, np.ndarray], Any]] = {
     "mean": lambda values, t: values.mean(axis=0, dtype=float),
     "integral": lambda values, t: np.trapezoid(values, t, axis=0),
 }
+#: Those that are extremes, of which the ones over all steps count where they are known.
+EXTREME = ("min", "max", "abs_max")
 #: Words of each of them.
 _HOW = {
     "first": "at the start", "last": "at the end", "min": "least", "max": "largest", "abs_max": "largest magnitude",
@@ -112,13 +114,14 @@ def is_reduction(text: str) -> bool:
     return text in REDUCTIONS or _AT.fullmatch(text) is not None
 
 
-def reduce(values: np.ndarray, t: np.ndarray, reduction: str) -> Any:
+def reduce(values: np.ndarray, t: np.ndarray, reduction: str, extremes: np.ndarray | None = None) -> Any:
     """Values over time in one.
 
     Parameters
     ----------
     values : (nt, ...) float; t : (nt,) float, s
     reduction : one of `REDUCTIONS`, or ``at(TIME)``: straight lines between the samples
+    extremes : (2, ...) float, least and largest values over all steps, which count beside those of the samples
 
     Raises
     ------
@@ -126,6 +129,8 @@ def reduce(values: np.ndarray, t: np.ndarray, reduction: str) -> Any:
         For a time that is none, or outside the run.
     """
     if reduction in REDUCTIONS:
+        if reduction in EXTREME and extremes is not None:
+            values = np.concatenate([values, extremes])
         return REDUCTIONS[reduction](values, t)
     at, near = _time_of(reduction), _ROUND_OFF * abs(float(t[-1]))
     if not t[0] - near <= at <= t[-1] + near:
@@ -177,15 +182,16 @@ def reduced(values: xr.Variable, reduction: str, name: str, t: np.ndarray) -> xr
         As of `reduce`.
     """
     ordered = values.transpose("time", ...)
-    return xr.Variable(ordered.dims[1:], *_reduced(ordered.values, ordered.attrs, reduction, name, t))
+    own = _reduced(ordered.values, ordered.attrs, reduction, name, t, variables.extremes_of(values))
+    return variables.without_extremes(xr.Variable(ordered.dims[1:], *own))
 
 
 def _reduced(
-    values: np.ndarray, attrs: Mapping[Any, Any], reduction: str, name: str, t: np.ndarray
+    values: np.ndarray, attrs: Mapping[Any, Any], reduction: str, name: str, t: np.ndarray, extremes: np.ndarray | None
 ) -> tuple[Any, dict[Any, Any]]:
     """Values (nt, ...) over time in one, and its attributes: see `reduced`."""
     try:
-        found = reduce(values, t, reduction)
+        found = reduce(values, t, reduction, extremes)
     except InputError as error:
         raise InputError(f"keep holds '{name}.{reduction}'; {error}") from None
     own = {**attrs, "long_name": f"{attrs.get('long_name', name)}, {_HOW.get(reduction, reduction)}"}
@@ -393,7 +399,7 @@ def _of_part(view: View, name: str, reduction: str, seen: dict[str, Observed], s
     text = f"{name}: {found.long_name}" if found.long_name else name
     attrs = {"units": found.units, "long_name": text}
     if timed and reduction:
-        values, attrs = _reduced(values, attrs, reduction, name, t)
+        values, attrs = _reduced(values, attrs, reduction, name, t, found.extremes)
         dims = dims[1:]
     new = {dim: _dimension(part, dim) for dim in dims}
     along = {}

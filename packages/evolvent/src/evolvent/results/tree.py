@@ -12,17 +12,18 @@ from __future__ import annotations
 import functools
 import json
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from evolvent import results
+from evolvent.model.family import EXTREMES
 from evolvent.results import display
 from evolvent.results.happened import EVENTS, events_text
 from evolvent.results.observe import has_results, observe
-from evolvent.results.observe.variables import AXES
+from evolvent.results.observe.variables import AXES, Variable
 from evolvent.solvers.common import balance as eb
 from evolvent.solvers.common.solution import Solution
 from evolvent_base.units import units_as_written
@@ -153,6 +154,12 @@ def _attach(tree: xr.DataTree, groups: dict[str, xr.DataTree]) -> None:
         group._name, group._parent = name, tree
 
 
+def _attributes(found: Variable, written: Collection[str]) -> dict[str, Any]:
+    """Attributes of a variable, with its least and largest values over all steps where these are known."""
+    own: dict[str, Any] = dict(display.attributes(found.units, found.long_name, written))
+    return own if found.extremes is None else own | {EXTREMES: np.ravel(found.extremes)}
+
+
 def _group(solution: Solution, name: str) -> xr.Dataset:
     """Variables and coordinates of a part, and how it is drawn and plotted."""
     found, part = observe(solution, [name])[name], solution.assembly.parts[name]
@@ -167,7 +174,7 @@ def _group(solution: Solution, name: str) -> xr.Dataset:
     }
     written = units_as_written(part)
     variables, coordinates = (
-        {key: xr.Variable(v.dims, v.values, display.attributes(v.units, v.long_name, written)) for key, v in of.items()}
+        {key: xr.Variable(v.dims, v.values, _attributes(v, written)) for key, v in of.items()}
         for of in (found.variables, found.coordinates)
     )
     dataset = xr.Dataset(variables, coordinates, attrs)

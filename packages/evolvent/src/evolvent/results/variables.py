@@ -6,12 +6,13 @@ import functools
 import math
 import re
 from collections.abc import Hashable, Iterator, Mapping
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
 
 from evolvent.assembly.references import FROM_TIP
+from evolvent.model.family import EXTREMES
 from evolvent.results.observe.variables import Variable
 from evolvent_base.errors import InputError, nearest
 
@@ -133,10 +134,38 @@ def entry(found: Values, match: re.Match[str], name: str, texts: Mapping[Hashabl
         if dimension is None or number >= found.sizes[dimension]:
             count = "none" if dimension is None else f"{found.sizes[dimension]}, counted from 0"
             raise InputError(f"{name!r}: {match['part']}.{match['variable']} has no {number}; it has {count}")
-        found = found.isel({dimension: number})
+        found = _isel(found, {dimension: number})
     elif match["end"] is not None:
-        found = found.isel(_end(found, match, texts))
+        found = _isel(found, _end(found, match, texts))
     return found if match["axis"] is None else _component(found, name, match["axis"])
+
+
+def _isel(found: Values, chosen: Mapping[Hashable, int]) -> Values:
+    """The entry at an index of a dimension other than the time, with its extremes."""
+    own = found.isel(chosen)
+    if isinstance(found, Variable) or (extremes := extremes_of(found)) is None:
+        return own
+    at: list[Any] = [chosen.get(dim, slice(None)) for dim in found.dims if dim != "time"]
+    return own.assign_attrs({EXTREMES: np.ravel(extremes[:, *at])}) if isinstance(own, xr.DataArray) else own
+
+
+def extremes_of(found: xr.DataArray | xr.Variable | Variable) -> np.ndarray | None:
+    """Least and largest values over all steps of a variable over time: (2, ...), of what it has beside the time.
+
+    None where they are not known.
+    """
+    if isinstance(found, Variable):
+        return found.extremes
+    shape = tuple(size for dim, size in found.sizes.items() if dim != "time")
+    noted = found.attrs.get(EXTREMES)
+    return None if noted is None or np.size(noted) != 2 * math.prod(shape) else np.reshape(noted, (2, *shape))
+
+
+def without_extremes(found: Values) -> Values:
+    """A variable without the extremes of what it was."""
+    if not isinstance(found, Variable) and EXTREMES in found.attrs:
+        found.attrs = {name: value for name, value in found.attrs.items() if name != EXTREMES}
+    return found
 
 
 def _end(found: Values, match: re.Match[str], texts: Mapping[Hashable, str]) -> dict[Hashable, int]:
@@ -157,10 +186,10 @@ def _end(found: Values, match: re.Match[str], texts: Mapping[Hashable, str]) -> 
 
 def _component(found: Values, name: str, axis: str) -> Values:
     if axis == MAGNITUDE and "axis" in found.dims:
-        return found.reduce(np.linalg.norm, "axis", keep_attrs=True)
+        return without_extremes(found.reduce(np.linalg.norm, "axis", keep_attrs=True))
     for dimension, letters in _AXES.items():
         if dimension in found.dims and axis in letters:
-            return found.isel({dimension: letters.index(axis)})
+            return _isel(found, {dimension: letters.index(axis)})
     known = [letter for dimension, letters in _AXES.items() if dimension in found.dims for letter in letters]
     known += [MAGNITUDE] if "axis" in found.dims else []
     allowed = f"known: {', '.join(known)}" if known else "it has no components"

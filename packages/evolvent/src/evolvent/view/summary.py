@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import types
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
@@ -175,16 +176,23 @@ def _labelled(line: Line, at: float, value: float, unit: str, whose: str = "") -
     return dataclasses.replace(line, label=f"{line.label}: {quantity(value, unit)} at {at:.4g} s{whose}")
 
 
-def _with_peaks(curves: Mapping[str, Line], unit: str) -> list[Line]:
-    """Distinct curves with labels of their largest values, and a mark at each."""
+def _with_peaks(
+    curves: Mapping[str, Line], unit: str, over: Mapping[str, float] = types.MappingProxyType({})
+) -> list[Line]:
+    """Distinct curves with labels of their largest values, and a mark at each.
+
+    Parameters
+    ----------
+    over : largest magnitudes over all steps, of curves of which they are known
+    """
     lines, marks = [], []
+    sizes = {part: largest_of(np.asarray(line.y)) for part, line in curves.items()}
     for own, line in distinct(curves):
-        whose = max(own, key=lambda part: largest_of(np.asarray(curves[part].y)))
-        largest = curves[whose]
-        size = np.abs(np.nan_to_num(largest.y))
-        k = int(np.argmax(size >= (1.0 - 1e-6) * size.max()))
-        lines.append(_labelled(line, float(largest.x[k]), float(size[k]), unit, whose))
-        marks.append(_mark(float(largest.x[k]), float(largest.y[k]), line.color))
+        whose = max(own, key=lambda part: max(sizes[part], over.get(part, 0.0)))
+        curve, size = curves[whose], max(sizes[whose], over.get(whose, 0.0))
+        k = int(np.argmax(np.abs(np.nan_to_num(curve.y)) >= (1.0 - 1e-6) * sizes[whose]))
+        lines.append(_labelled(line, float(curve.x[k]), size, unit, whose))
+        marks.append(_mark(float(curve.x[k]), float(np.copysign(size, curve.y[k])), line.color))
     return [*lines, *marks]
 
 
@@ -198,12 +206,14 @@ def _peaks(run: xr.DataTree, found: Mapping[tuple[str, str], list[str]]) -> _Pan
         parts = [part for part, size, none in zip(parts, sizes, least, strict=True) if size > none]
         if not parts:
             continue
-        unit = unit_text(str(display.shown(variables.get(run, f"{parts[0]}.{variable}")).attrs["units"]))
+        shown = {part: display.shown(variables.get(run, f"{part}.{variable}")) for part in parts}
+        noted = ((part, variables.extremes_of(one)) for part, one in shown.items())
+        over = {part: largest_of(extremes) for part, extremes in noted if extremes is not None}
+        unit = unit_text(str(shown[parts[0]].attrs["units"]))
         curves = {part: show.lines_of(run, f"{part}.{variable}", label=part)[0] for part in parts}
         label = f"{variable.replace('_', ' ')} of {called}, {unit}"
-        yield (
-            Panel(x_label="", y_label=label, lines=_with_peaks(curves, unit)), {f"{part}.{variable}" for part in parts}
-        )  # fmt: skip
+        lines = _with_peaks(curves, unit, over)
+        yield Panel(x_label="", y_label=label, lines=lines), {f"{part}.{variable}" for part in parts}
 
 
 def _acting(run: xr.DataTree) -> _Panels:

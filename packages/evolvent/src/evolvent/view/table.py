@@ -16,6 +16,7 @@ import numpy as np
 import xarray as xr
 
 from evolvent import results
+from evolvent.model.family import EXTREMES
 from evolvent.results import display, happened, limits, variables
 from evolvent.results.motion import prefixed_unit, quantity
 from evolvent.view import balance
@@ -249,16 +250,17 @@ def _shown(run: xr.DataTree, name: str) -> tuple[xr.DataArray, np.ndarray, str, 
 
 def _pulls(run: xr.DataTree, part: str, name: str, times: np.ndarray, word: str) -> Row:
     """Mean and largest value of what acts one way, such as a tension, and for what share of the time it is zero."""
-    _, columns, unit, size = _shown(run, f"{part}.{name}")
+    found, columns, unit, size = _shown(run, f"{part}.{name}")
     values = np.nan_to_num(columns[:, 0])
-    k, span = _peak(np.abs(values)), float(np.ptp(times))
+    k, largest, between = _largest(found, values)
+    span = float(np.ptp(times))
     mean = float(np.trapezoid(values, times)) / span
     none = np.abs(values) <= 1e-6 * size
     share = float(np.sum(np.diff(times)[none[1:] & none[:-1]])) / span
     factor, prefixed = prefixed_unit(size, unit)
-    text = f"mean {mean / factor:.4g} {prefixed}, largest {values[k] / factor:.5g} {prefixed}{_at(times, k)}"
+    text = f"mean {mean / factor:.4g} {prefixed}, largest {largest / factor:.5g} {prefixed}{_at(times, k, between)}"
     text += f", {word} in {100.0 * share:.3g} % of the time" if share > 0.0 else ""
-    numbers = [(mean, unit, "mean"), (values[k], unit, "largest"), (times[k], "s", "time of the largest")]
+    numbers = [(mean, unit, "mean"), (largest, unit, "largest"), (times[k], "s", _when(between))]
     numbers += [(100.0 * share, "%", f"share of the time in which it is {word}")]
     return Row(part=part, rest=f".{name}", text=text, numbers=tuple(Quantity(float(x), *rest) for x, *rest in numbers))
 
@@ -282,13 +284,14 @@ def _reached(run: xr.DataTree, part: str, name: str, times: np.ndarray) -> Row:
         return Quantity(float(factor * value), plain, what)
 
     if found.ndim == 1:
-        k, text = _peak(np.abs(columns[:, 0])), f"{columns[-1, 0]:.5g}{unit}"
+        text = f"{columns[-1, 0]:.5g}{unit}"
         if len(columns) == 1:
             return row(text, of(columns[-1, 0], ""))
-        largest = "largest of the samples" if _is_exceeded(run, part, name) else "largest"
-        text += f" at the end, {largest} {columns[k, 0]:.5g}{unit}{_at(times, k)}"
-        when = Quantity(float(times[k]), "s", f"time of the {largest}")
-        return row(text, of(columns[-1, 0], "at the end"), of(columns[k, 0], largest), when)
+        k, value, between = _largest(found, columns[:, 0], factor)
+        largest = "largest of the samples" if _is_missed(run, part, name) else "largest"
+        text += f" at the end, {largest} {value:.5g}{unit}{_at(times, k, between)}"
+        when = Quantity(float(times[k]), "s", _when(between or largest != "largest"))
+        return row(text, of(columns[-1, 0], "at the end"), of(value, largest), when)
     if columns.shape[1] > 4:
         low, high = finite.min(), finite.max()
         return row(f"from {low:.5g} to {high:.5g}{unit}", of(low, "least"), of(high, "largest"))
@@ -310,14 +313,32 @@ def _reached(run: xr.DataTree, part: str, name: str, times: np.ndarray) -> Row:
     )  # fmt: skip
 
 
-def _is_exceeded(run: xr.DataTree, part: str, name: str) -> bool:
-    """Whether a part holds a peak over all steps, of a variable or what is in it, above the samples of the variable."""
+def _largest(found: xr.DataArray, values: np.ndarray, factor: float = 1.0) -> tuple[int, float, bool]:
+    """Largest magnitude of a variable: its sample, its value over all steps, and whether that is above the samples.
+
+    Parameters
+    ----------
+    values : (nt,) float, in units of `factor`
+    """
+    k, extremes = _peak(np.abs(values)), variables.extremes_of(found)
+    known = np.append(values[k], [] if extremes is None else extremes[np.isfinite(extremes)] / factor)
+    largest = float(known[np.argmax(np.abs(known))])
+    between = abs(largest) > (1.0 + _PEAK) * abs(values[k])
+    return k, float(largest if between else values[k]), bool(between)
+
+
+def _is_missed(run: xr.DataTree, part: str, name: str) -> bool:
+    """Whether samples of a part miss what others of its variables reach, of a variable of which that is not known."""
     group = variables.group_of(run, part)
-    peaks = (group[key] for key in group.data_vars if str(key).endswith(f"{name}_peak"))
-    if name not in group:
+    if variables.extremes_of(group[name]) is not None:
         return False
-    largest = largest_of(variables.values(group[name]))
-    return any(float(np.nanmax(peak.values, initial=0.0)) > (1.0 + _PEAK) * largest for peak in peaks)
+    known = (one for one in group.data_vars.values() if one.dims == ("time",) and EXTREMES in one.attrs)
+    return any(np.any(one.values == one.values) and _largest(one, np.nan_to_num(one.values))[2] for one in known)
+
+
+def _when(between: bool) -> str:
+    """What the time of the largest sample is called."""
+    return "time of the largest of the samples" if between else "time of the largest"
 
 
 def _peak(sizes: np.ndarray) -> int:
@@ -325,6 +346,8 @@ def _peak(sizes: np.ndarray) -> int:
     return int(np.argmax(sizes >= (1.0 - _PEAK) * np.nanmax(sizes)))
 
 
-def _at(times: np.ndarray, k: int) -> str:
-    """When a largest value was reached; '' at the start and at the end, of which the table tells."""
+def _at(times: np.ndarray, k: int, between: bool = False) -> str:
+    """When a largest value was reached, or near what sample; '' at the start and the end, of which the table tells."""
+    if between:
+        return f" near {times[k]:.4g} s"
     return f" at {times[k]:.4g} s" if 0 < k < len(times) - 1 else ""

@@ -39,7 +39,8 @@ def values(run: Any, one: Series, content: Any) -> Array:
         name, reduction = split(one.name)
         found = variables.get(run, name)
         over_time = found.transpose("time", ...).values if "time" in found.dims else found.values[None]
-        number = np.asarray(reduce(over_time, run.time.values, reduction or "last"), dtype=float)
+        extremes = variables.extremes_of(found)
+        number = np.asarray(reduce(over_time, run.time.values, reduction or "last", extremes), dtype=float)
         if number.ndim:
             raise InputError(f"--observe is {one.name!r}, which has {number.size} values a run; name a component of it")
         return np.atleast_1d(number) * factor(unit_of(str(found.attrs.get("units", "1")), reduction), one)

@@ -79,7 +79,9 @@ def _outcome(index: int, status: str, run: xr.Dataset | xr.DataTree, keep: Seque
         if own is None or (reduction and "time" not in own[0].dims):
             missing.append(wanted)
             continue
-        values = reduced(own[0], reduction, name, root["time"].values) if reduction else own[0]
+        values = (
+            reduced(own[0], reduction, name, root["time"].values) if reduction else variables.without_extremes(own[0])
+        )
         found[stored_name(wanted) if keep else wanted] = values
         along |= {dim: one for dim, one in own[1].items() if dim in values.dims}
     known = (*variables.names(run, over_time=False), *numbers) if missing else ()

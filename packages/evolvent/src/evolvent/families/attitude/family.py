@@ -12,6 +12,7 @@ from evolvent.kernels import calls, rigid, turning
 from evolvent.kernels.blocks import RATE, SCALAR
 from evolvent.kernels.drive import LAW
 from evolvent.kernels.ends import of_bodies
+from evolvent.kernels.extremes import note_extremes
 from evolvent.model.family import Family, Kind, Records, record
 from evolvent.model.powers import DRIVEN, MARKER_LOADS, SPRINGS
 from evolvent.model.questions import (
@@ -227,6 +228,13 @@ def own_rates(y, model, rates):
         rates[model.thrusters[k].iv - model.info.nq] = y[model.thrusters[k].iv]
 
 
+@calls.note_extremes
+def note_motors(s, model):
+    """Torques of the motors of all wheels."""
+    for i in range(model.wheels.size):
+        note_extremes(model.wheels[i].extremes, 0, model.wheels[i].motor)
+
+
 # rate and angle of a wheel relative to its body, impulse of a thruster at iv; profile: index among the parameters,
 # or -1; actuators of a controller: their kind, and `count` numbers from `place` on, then how they share its torque
 WHEELS = Family(
@@ -234,8 +242,8 @@ WHEELS = Family(
     record(
         "body iq iv profile law first last",
         "axis inertia torque torque_limit rate_limit viscous friction slip",
-        "command motor drag coriolis motor0 drag0 angle rate rubs spin momentum kinetic",
-        axis=_3, momentum=_3,
+        "command motor drag coriolis motor0 drag0 angle rate rubs spin momentum kinetic extremes",
+        axis=_3, momentum=_3, extremes=(2,),
     ),
     order=390,
     results={
@@ -274,7 +282,7 @@ WHEELS = Family(
     implicit=Implicit(end_step=end_step),
     step=Step(inertia=step_inertia, inertia_tangent=step_inertia_tangent),
     statics=Statics(not_at_rest=_not_at_rest),
-    samples=Samples(local=True, evaluate=evaluate),
+    samples=Samples(local=True, evaluate=evaluate, extremes=("motor",), note_extremes=note_motors),
 )  # fmt: skip
 
 THRUSTERS = Family(

@@ -13,7 +13,7 @@ import numpy as np
 from numba import types, void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.families.coordinates.coordinate_laws import latch_torque, note_peaks
+from evolvent.families.coordinates.coordinate_laws import latch_torque
 from evolvent.families.coordinates.excursion import first_passage
 from evolvent.families.coordinates.joint_friction import (
     bristle_energy,
@@ -209,7 +209,6 @@ def note_turns(t, y, s, model):
     rigid.kinematics(t, y, model)
     for k in range(coordinates.size):
         measure_coordinate(y, s, coordinates, bodies, k)
-    note_peaks(s, coordinates, 1.0)
     count_quarter_turns(s, coordinates)
 
 

@@ -11,6 +11,7 @@ from numba import types, void
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.compiled.lookups import spring_law_at
 from evolvent.families.coordinates.joint_friction import taken_by_friction
+from evolvent.kernels.extremes import note_extremes
 from evolvent.kernels.law_means import FOLLOWS, SPRING, following_torque, scalar_mean, scalar_slope
 from evolvent.kernels.law_slopes import spring_law_slope
 from evolvent.kernels.profile import profile
@@ -18,6 +19,9 @@ from evolvent.model import BY_DAMPER, BY_FRICTION, BY_LATCH, FRICTION_FORCE, MOD
 
 USED_FOR = "coordinates"
 #: Kinds of motors.
+#: Fields of coordinates whose extremes over all steps are kept.
+EXTREMES = ("angle", "rate", "torque", "rubs", "latch_torque")
+ANGLE, RATE, TORQUE, RUBS, LATCH_TORQUE = range(len(EXTREMES))
 BY_PROFILE, BY_LAW, BY_MOTION, BY_VOLTAGE, BY_CURRENT = range(5)
 
 
@@ -166,16 +170,19 @@ def lock(s, coordinates, k):
     """Lock the latch of coordinate k, at the coordinate and rate of the last evaluation."""
     s[coordinates[k].switch + 1] = 1
     coordinates[k].caught = coordinates[k].rate
-    coordinates[k].peak = abs(latch_torque(coordinates, k, coordinates[k].angle, coordinates[k].rate))
+    caught = latch_torque(coordinates, k, coordinates[k].angle, coordinates[k].rate)
+    note_extremes(coordinates[k].extremes, LATCH_TORQUE, caught)
 
 
 @inlined
-def note_peaks(s, coordinates, share):
-    """Keep the largest torques of latches."""
+def note_coordinates(coordinates):
+    """Take the last evaluation of all coordinates into their extremes over all steps."""
     for k in range(coordinates.size):
-        if s[coordinates[k].switch + 1] != 0:
-            x = coordinates[k].angle + (1.0 - share) * (coordinates[k].before - coordinates[k].angle)
-            coordinates[k].peak = max(coordinates[k].peak, abs(latch_torque(coordinates, k, x, coordinates[k].rate)))
+        note_extremes(coordinates[k].extremes, ANGLE, coordinates[k].angle)
+        note_extremes(coordinates[k].extremes, RATE, coordinates[k].rate)
+        note_extremes(coordinates[k].extremes, TORQUE, coordinates[k].torque)
+        note_extremes(coordinates[k].extremes, RUBS, coordinates[k].rubs)
+        note_extremes(coordinates[k].extremes, LATCH_TORQUE, coordinates[k].latch_torque)
 
 
 @inlined
@@ -187,8 +194,8 @@ def write_account_rates(model, dy):
         dy[coordinates[k].account + BY_LATCH] = coordinates[k].latch_lost
 
 
-@indirect(REAL(REAL, REAL, VECTOR, INTEGERS, MODEL))
-def end_coordinate_step(h, share, y, s, model):
+@indirect(REAL(REAL, REAL, VECTOR, MODEL))
+def end_coordinate_step(h, share, y, model):
     """Accept a step of length h: accounts of coordinates in y, anchors of frictions; returns what friction takes, J.
 
     Parameters
@@ -213,5 +220,4 @@ def end_coordinate_step(h, share, y, s, model):
             y[at + BY_FRICTION] += taken
             y[at + FRICTION_FORCE] = coordinates[k].stick * coordinates[k].bristle
             rubbed += taken
-    note_peaks(s, coordinates, share)
     return rubbed

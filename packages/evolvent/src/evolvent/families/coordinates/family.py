@@ -142,7 +142,7 @@ def end_step(interval, model):
     """Accounts of all coordinates, anchors of their frictions, and what these and relaxation have taken."""
     step = interval.step
     interval.powers[JOINTS] += coordinate.end_relaxation(step.h, interval.y1, model)
-    taken = coordinate_laws.end_coordinate_step(step.h, step.share, interval.y1, interval.s, model)
+    taken = coordinate_laws.end_coordinate_step(step.h, step.share, interval.y1, model)
     interval.powers[RUBBED] += taken
 
 
@@ -233,6 +233,12 @@ def measure_state(t, y, s, model):
         axial.measure_coordinate(y, s, model.coordinates, model.bodies, k)
 
 
+@calls.note_extremes
+def note_extremes(s, model):
+    """Coordinates, their rates, and torques."""
+    coordinate_laws.note_coordinates(model.coordinates)
+
+
 @calls.take_step
 def take_step(s, model):
     """Angles and rates of all coordinates, and their quarter turns."""
@@ -280,8 +286,8 @@ def _sets(model: Any, index: int) -> Iterator[tuple[str, float, str]]:
 # interval; leaves, comes: how far it would move in a step at its rates at both ends; bristle: deflection of the
 # friction, slips: the sense in which it slips, rubs: its force, relax: of its numerical damping; stored: J; lost,
 # latch_lost: powers, W. Of the last step: before, pace, bristle0, rubs0, lost0, latch_lost0, and anchor, the
-# coordinate at which the bristle has no force. caught: rate at which the latch has locked; peak: its largest
-# torque; start_rate, end_rate: in the states at both ends of a step (`kernels.turning`)
+# coordinate at which the bristle has no force. caught: rate at which the latch has locked; start_rate, end_rate: in
+# the states at both ends of a step (`kernels.turning`)
 COORDINATES = Family(
     "coordinates",
     record(
@@ -289,8 +295,8 @@ COORDINATES = Family(
         "axis zero local stiffness damping rest low high stop latch latch_stiffness latch_damping side friction stick",
         "angle rate torque before pace leaves comes slope damper applied applied_slope applied_damper motor_slope "
         "motor_damper u g p0 q0 p1 q1 bristle slips rubs relax stored lost latch_lost latch_torque bristle0 rubs0 "
-        "lost0 latch_lost0 anchor caught peak start_rate end_rate",
-        axis=_3, zero=_3, local=_3, u=_3, g=_3,
+        "lost0 latch_lost0 anchor caught start_rate end_rate extremes",
+        axis=_3, zero=_3, local=_3, u=_3, g=_3, extremes=(2 * len(coordinate_laws.EXTREMES),),
     ),
     order=190,
     results={
@@ -369,6 +375,8 @@ COORDINATES = Family(
     switching=Switching(until=until_latch, reached=reached),
     statics=Statics(uneven=_uneven, sets=_sets),
     energies=Energies(resists=("angle", "torque", "applied"), coupled=_coupled),
-    samples=Samples(local=True, evaluate=evaluate),
+    samples=Samples(
+        local=True, evaluate=evaluate, extremes=coordinate_laws.EXTREMES, note_extremes=note_extremes
+    ),
     advice=Advice(implicit=(lambda found: found["friction"] > 0.0, "has friction, which sticks by stiff bristles")),
 )  # fmt: skip

@@ -16,6 +16,7 @@ from evolvent.families.coordinates.relaxing_curve import relaxed_resistances, st
 from evolvent.families.relaxation.family import set_of
 from evolvent.kernels import axial, calls, turning
 from evolvent.kernels.ends import OfCoordinates
+from evolvent.kernels.extremes import note_extremes
 from evolvent.model import zeros
 from evolvent.model.family import EVERY, EXPLICIT, Family, Kind, record, where
 from evolvent.model.layout import Accounts, Switches
@@ -220,6 +221,17 @@ def start(interval, model):
         coordinate.begin_resistances(interval.step.t, interval.y1, interval.s, model)
 
 
+@calls.note_extremes
+def note_all(s, model):
+    """Coordinates of all resistances, their rates, torques, and those of bristles."""
+    rows = model.resistances
+    for k in range(rows.size):
+        note_extremes(rows[k].extremes, 0, rows[k].angle)
+        note_extremes(rows[k].extremes, 1, rows[k].rate)
+        note_extremes(rows[k].extremes, 2, rows[k].torque)
+        note_extremes(rows[k].extremes, 3, rows[k].rubs)
+
+
 # resistances on coordinates that depend on the path (`resistance`): curves from `curve` on, bristles from
 # first to last; start: number of the first curve, switch: index of that of the present one; account: of what is
 # lost. time: s, of the last change of the curve, changes: how many there were
@@ -228,7 +240,8 @@ RESISTANCES = Family(
     record(
         "coordinate kind curve curves first last start switch account prony prony_end branch",
         "",
-        "angle rate torque rubs stored time changes",
+        "angle rate torque rubs stored time changes extremes",
+        extremes=(8,),
     ),
     order=230,
     results={
@@ -277,7 +290,9 @@ RESISTANCES = Family(
     step=Step(energy=coupled_energy),
     switching=Switching(change=resistance.change_curves),
     statics=Statics(no_balance=_no_balance, sets=_sets),
-    samples=Samples(local=True, evaluate=False),
+    samples=Samples(
+        local=True, evaluate=False, extremes=("angle", "rate", "torque", "rubs"), note_extremes=note_all
+    ),
 )  # fmt: skip
 
 # first, count: of the coordinates among the parameters, then the torques and the energies; low, high: where the

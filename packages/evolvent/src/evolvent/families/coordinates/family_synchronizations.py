@@ -7,6 +7,7 @@ import numpy as np
 from evolvent.families.coordinates import coordinate_laws, coordinate_tangent
 from evolvent.kernels import calls
 from evolvent.kernels.ends import OfCoordinates
+from evolvent.kernels.extremes import note_extremes
 from evolvent.model.family import Family, Kind, record
 from evolvent.model.layout import Accounts
 from evolvent.model.questions import AdjointSupport, Explicit, Implicit, Parts, Samples, Statics, Step, Torques, never
@@ -54,11 +55,21 @@ def coupled_energy(t, model):
     return coordinate_laws.synchronization_energy(model)
 
 
+@calls.note_extremes
+def note_all(s, model):
+    """Stretches and torques of all cables."""
+    rows = model.synchronizations
+    for k in range(rows.size):
+        note_extremes(rows[k].extremes, 0, rows[k].stretch)
+        note_extremes(rows[k].extremes, 1, rows[k].torque)
+
+
 # cables between two coordinates: they keep ratio_b x_b - ratio_a x_a = offset; account: of what is dissipated
 SYNCHRONIZATIONS = Family(
     "synchronizations",
     record(
-        "a b account", "ratio_a ratio_b offset stiffness damping", "stretch torque energy lost lost0"
+        "a b account", "ratio_a ratio_b offset stiffness damping", "stretch torque energy lost lost0 extremes",
+        extremes=(4,),
     ),
     order=255,
     results={
@@ -89,5 +100,5 @@ SYNCHRONIZATIONS = Family(
     implicit=Implicit(end_step=end_step),
     step=Step(energy=coupled_energy),
     statics=Statics(uneven=never),
-    samples=Samples(local=True, evaluate=False),
+    samples=Samples(local=True, evaluate=False, extremes=("stretch", "torque"), note_extremes=note_all),
 )  # fmt: skip

@@ -54,11 +54,11 @@ def add_fields(view: View, found: Observed, family: str, index: Any, row: Any, f
         if not view.wants(name):
             continue
         unit, text = worded(row, unit), worded(row, text).format(**words)
-        values = view.fields[family][field][:, index]
+        values, extremes = view.fields[family][field][:, index], view.fields[family].extremes_of(field, index)
         if values.ndim == 1:
-            found.scalar(name, values, unit, text)
+            found.scalar(name, values, unit, text, extremes)
         else:
-            found.along(name, "loop", values, unit, text)
+            found.along(name, "loop", values, unit, text, extremes)
 
 
 def since(view: View, account: int) -> Array:
@@ -103,9 +103,12 @@ def _observe_latch(view: View, index: int, caught: bool, found: Observed) -> Non
     """Torque or force of a latch, its peak, and the energy that it dissipates."""
     row = view.model.coordinates[index]
     add_fields(view, found, "coordinates", index, row, "latch_torque")
-    peak, rate = (np.full(view.t.size, float(row[key]) if caught else math.nan) for key in ("peak", "caught"))
-    text = worded(row, "largest absolute torque in the latch over all steps")
-    found.scalar(worded(row, "latch_torque_peak"), peak, worded(row, "N m"), text)
+    if view.wants(peak := worded(row, "latch_torque_peak")):
+        over = view.fields["coordinates"].extremes_of("latch_torque", index)
+        largest = float(np.abs(over).max()) if caught and over is not None else math.nan
+        text = worded(row, "largest absolute torque in the latch over all steps")
+        found.scalar(peak, np.full(view.t.size, largest), worded(row, "N m"), text)
+    rate = np.full(view.t.size, float(row["caught"]) if caught else math.nan)
     text = worded(row, "rate of the angle at the time of latching")
     found.scalar("latch_rate", rate, worded(row, "rad s-1"), text)
     taken = since(view, int(row["account"]) + BY_LATCH)

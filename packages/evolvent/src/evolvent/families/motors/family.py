@@ -17,6 +17,7 @@ from evolvent.kernels import axial, calls, turning
 from evolvent.kernels.bristle import SLIP
 from evolvent.kernels.drive import LAW
 from evolvent.kernels.ends import OfCoordinates
+from evolvent.kernels.extremes import note_extremes
 from evolvent.model import DRIVETRAIN_ACCOUNTS, FRICTION_FORCE
 from evolvent.model.family import Family, Kind, record
 from evolvent.model.layout import Accounts
@@ -88,6 +89,18 @@ def end_step(interval, model):
         motors[k].power0 = motors[k].power
 
 
+@calls.note_extremes
+def note_motors(s, model):
+    """Coordinates of all motors, their rates, torques, powers and currents."""
+    rows = model.motors
+    for k in range(rows.size):
+        note_extremes(rows[k].extremes, 0, rows[k].angle)
+        note_extremes(rows[k].extremes, 1, rows[k].rate)
+        note_extremes(rows[k].extremes, 2, rows[k].torque)
+        note_extremes(rows[k].extremes, 3, rows[k].power)
+        note_extremes(rows[k].extremes, 4, rows[k].current)
+
+
 #: Shares of a motor beside its torque.
 _MAGNETIC, _GEAR, _EDDY = "magnetic", "gear", "eddy"
 
@@ -154,7 +167,8 @@ MOTORS = Family(
     record(
         "coordinate kind drive law first last account event switch",
         "position_gain velocity_gain limit rate_limit until latest constant resistance",
-        "on time angle rate torque power power0 reference current slope damper",
+        "on time angle rate torque power power0 reference current slope damper extremes",
+        extremes=(10,),
     ),
     order=200,
     results={
@@ -191,7 +205,10 @@ MOTORS = Family(
     implicit=Implicit(end_step=end_step),
     step=Step(means=lambda found: found["kind"] != BY_PROFILE),
     switching=Switching(release=release),
-    samples=Samples(local=True, evaluate=False),
+    samples=Samples(
+        local=True, evaluate=False, extremes=("angle", "rate", "torque", "power", "current"),
+        note_extremes=note_motors,
+    ),
 )  # fmt: skip
 
 
@@ -266,6 +283,13 @@ def start(interval, model):
             model.drivetrains[k].relax = RELAX
 
 
+@calls.note_extremes
+def note_drivetrains(s, model):
+    """Torques of all drivetrains on their joints."""
+    for k in range(model.drivetrains.size):
+        note_extremes(model.drivetrains[k].extremes, 0, model.drivetrains[k].torque)
+
+
 # what motors lose before their joints (`drivetrain`), with friction as of joint coordinates; forward,
 # backward: efficiencies, holds: of a gear that locks itself
 DRIVETRAINS = Family(
@@ -273,7 +297,8 @@ DRIVETRAINS = Family(
     record(
         "coordinate motor account", "ratio detent detents offset hysteresis eddy forward backward holds stick",
         "friction by_push slips bristle bristle0 anchor relax rubs rubs0 slope damper cogging torque stored lost lost0 "
-        "copper copper0",
+        "copper copper0 extremes",
+        extremes=(2,),
     ),
     order=210,
     results={
@@ -302,5 +327,5 @@ DRIVETRAINS = Family(
     explicit=Explicit(force=explicit_drivetrains),
     implicit=Implicit(end_step=end_drivetrains, contact_set=contact_set, start=start),
     step=Step(energy=coupled_energy),
-    samples=Samples(local=True, evaluate=False),
+    samples=Samples(local=True, evaluate=False, extremes=("torque",), note_extremes=note_drivetrains),
 )  # fmt: skip

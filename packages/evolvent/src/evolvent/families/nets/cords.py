@@ -52,6 +52,11 @@ def samples_of_cords(view: View, index: int) -> dict[str, Array]:
     return {name: values[:, own] for name, values in view.fields["springs"].items()}
 
 
+def extremes_of_cords(view: View, index: int, field: str) -> Array | None:
+    """Least and largest values over all steps of a field of each cord, (2, m); None where they are not known."""
+    return view.fields["springs"].extremes_of(field, _own(view.model, index))
+
+
 def samples_of_nodes(view: View, index: int) -> tuple[Array, dict[str, Array]]:
     """Positions (nt, n, 3), m, of the nodes of a net that move, and what the records of these points hold, by field."""
     row = view.model.nets[index]

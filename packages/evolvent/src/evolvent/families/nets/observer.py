@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from evolvent.families.nets.cords import own_cords, samples_of_cords, samples_of_nodes
+from evolvent.families.nets.cords import extremes_of_cords, own_cords, samples_of_cords, samples_of_nodes
 from evolvent.results.observe.variables import Observed, Variable, observer
 from evolvent.results.observe.view import View
 from evolvent_base.errors import InputError
@@ -32,11 +32,14 @@ def observe_net(view: View, name: str) -> Observed:
     found.coordinates["cord_nodes"] = Variable(("cord", "end"), cords, "1", "nodes at the ends of each cord")
     found.coordinate("cord", "cord", np.arange(len(cords)), "1", "cords of the net, of its rear net, and ties")
     found.coordinate("natural_length", "cord", ends["length"], "m", "lengths without tension")
-    tension = fields["tension"]
-    found.along("tension", "cord", tension, "N", "tensions of the cords")
+    tension, over = fields["tension"], extremes_of_cords(view, index, "tension")
+    found.along("tension", "cord", tension, "N", "tensions of the cords", over)
     found.along("length", "cord", fields["distance"], "m", "lengths of the cords")
-    found.scalar("least_tension", tension.min(axis=1), "N", "least tension of a cord")
-    found.scalar("largest_tension", tension.max(axis=1), "N", "largest tension of a cord")
+    least, largest = (
+        (None, None) if over is None else (np.array([over[0].min(), np.nan]), np.array([np.nan, over[1].max()]))
+    )
+    found.scalar("least_tension", tension.min(axis=1), "N", "least tension of a cord", least)
+    found.scalar("largest_tension", tension.max(axis=1), "N", "largest tension of a cord", largest)
     found.scalar("slack_cords", (tension <= 0.0).sum(axis=1), "1", "number of cords without tension")
     net = view.assembly.parts[name]
     front = net.seen(x[:, : len(net.layout(name).plan)])

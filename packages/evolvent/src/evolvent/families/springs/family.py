@@ -12,6 +12,7 @@ from evolvent.families.relaxation.family import set_of
 from evolvent.families.springs import springs
 from evolvent.kernels import calls, markers
 from evolvent.kernels.ends import of_markers
+from evolvent.kernels.extremes import note_extremes
 from evolvent.model.family import End, Family, Kind, Records, record
 from evolvent.model.powers import MARKER_LOADS, SPRINGS as BY_SPRINGS
 from evolvent.model.questions import (
@@ -81,6 +82,15 @@ def end_step(interval, model):
     interval.powers[BY_SPRINGS] += springs.relaxed_springs(interval.step.h, interval.step.share, model)
 
 
+@calls.note_extremes
+def note_all(s, model):
+    """Extensions and tensions of all springs."""
+    rows = model.springs
+    for k in range(rows.size):
+        note_extremes(rows[k].extremes, 0, rows[k].extension)
+        note_extremes(rows[k].extremes, 1, rows[k].tension)
+
+
 def _at_ends(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any, ...]]:
     length, *_others, rate = springs.spring_ends(moment[1], 0.0, k, model)[2]
     yield length - float(model.springs["length"][k]), rate, moment[0]
@@ -146,8 +156,9 @@ SPRINGS = Family(
     record(
         "a b law first last slack prony prony_end branch",
         "stiffness damping length lateral_stiffness lateral_damping axis",
-        "length0 length1 end slope line line0 passed distance extension rate tension lateral stored lost",
-        axis=_3, end=_3, line=_3, line0=_3, lateral=_3,
+        "length0 length1 end slope line line0 passed distance extension rate tension lateral stored lost "
+        "extremes",
+        extremes=(4,), axis=_3, end=_3, line=_3, line0=_3, lateral=_3,
     ),
     order=150,
     results={
@@ -194,6 +205,8 @@ SPRINGS = Family(
     step=Step(measure=measure),
     statics=Statics(uneven=_uneven, no_balance=_no_balance, sets=_sets),
     energies=Energies(resists=("extension", "tension")),
-    samples=Samples(local=True, evaluate=evaluate),
+    samples=Samples(
+        local=True, evaluate=evaluate, extremes=("extension", "tension"), note_extremes=note_all
+    ),
     notes=Notes(passages=_passages),
 )  # fmt: skip

@@ -17,6 +17,9 @@ def observe_spring(view: View, name: str) -> Observed:
     if row["lateral_stiffness"] == 0.0 and row["lateral_damping"] == 0.0:
         without.add("lateral")
     found.results("springs", view.fields["springs"], index, without)
+    over = found.variables["extension"].extremes
+    if over is not None:
+        found.variables["length"] = found.variables["length"]._replace(extremes=over + row["length"])
     (a, _), (b, _) = view.marker(int(row["a"])), view.marker(int(row["b"]))
     found.along("ends", "end", np.stack([a, b], axis=1), "m", "ends a and b, inertial axes")
     found.drawn = [{"line": {"points": "ends", "kind": "spring", "values": ["force"]}}]

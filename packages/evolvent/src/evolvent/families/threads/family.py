@@ -279,7 +279,8 @@ THREADS = Family(
         "coiling core spool_friction spool_viscous shortest density tip_mass take_radius",
         "Q d X phi b spool leaving start field r loose motor friction line_energy rest0 rest1 turning0 turning1 "
         "square0 square1 sums turning reach out hub torque hub_pull end_pull kinetic elastic linear angular "
-        "root drift pull exit element growth taken out_pull exit_field end_field",
+        "root drift pull exit element growth taken out_pull exit_field end_field extremes",
+        extremes=(2,),
         departure=_3, payout_axis=_3, chord=_3, normal=_3, Q=_6, d=_3, X=_3, b=_3, start=_3,
         sums=(N_INVENTORY,), hub_pull=_3, end_pull=_3, linear=_3, angular=_3, root=(10,), drift=_3, exit=_3,
         taken=_3, exit_field=_3, end_field=_3,
@@ -449,7 +450,7 @@ THREADS = Family(
     energies=Energies(round_off=limits.lifted),
     samples=Samples(
         prepare=forces.prepare_sample, rates=forces.evaluate_rates, evaluate=forces.evaluate,
-        interpolate=motion.interpolate, between=motion.between,
+        interpolate=motion.interpolate, between=motion.between, extremes=("hub",), note_extremes=forces.note_extremes,
     ),
     advice=Advice(
         adaptive=_has_no_stiffness,

@@ -1,6 +1,7 @@
 """Forces, energies and results of threads: compiled answers."""
 
-from evolvent.kernels import calls, points, thread
+from evolvent.kernels import calls, extremes, points, thread
+from evolvent.kernels.thread.spool import held_tension
 from evolvent.model.powers import DRIVEN, MARKER_LOADS, SPOOLS, SPRINGS
 
 
@@ -66,6 +67,13 @@ def explicit_force(interval, model):
     powers[SPRINGS] += lost
     powers[MARKER_LOADS] += given
     powers[SPOOLS] += spools
+
+
+@calls.note_extremes
+def note_extremes(s, model):
+    """Tensions of all threads at their spools."""
+    for p in range(model.threads.size):
+        extremes.note_extremes(model.threads[p].extremes, 0, held_tension(s, model, p))
 
 
 @calls.force

@@ -60,7 +60,8 @@ def _add(view: View, found: Observed, index: int, fields: str) -> None:
     for field in fields.split():
         values, (name, unit, text) = view.fields["threads"][field][:, index], RESULTS["threads"][field]
         if values.ndim == 1:
-            found.scalar(name, values, unit, text.format(copies=copies))
+            extremes = view.fields["threads"].extremes_of(field, index)
+            found.scalar(name, values, unit, text.format(copies=copies), extremes)
         else:
             found.vector(name, values[:, :3], unit, text.format(copies=copies))
 

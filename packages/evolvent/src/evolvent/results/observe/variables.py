@@ -25,12 +25,15 @@ class Variable(NamedTuple):
     values : array
     units : str, SI, as UDUNITS writes them ("kg m2 s-1")
     long_name : str, what it is and in which axes
+    extremes : array (2, ...), least and largest values over all steps of what it has beside the time, NaN of one that
+        is not known; None where none is
     """
 
     dims: tuple[str, ...]
     values: Array
     units: str
     long_name: str
+    extremes: Array | None = None
 
     @property
     def sizes(self) -> dict[str, int]:
@@ -43,14 +46,41 @@ class Variable(NamedTuple):
         for dim, index in chosen.items():
             axis = found.dims.index(dim)
             dims = found.dims if np.ndim(index) else found.dims[:axis] + found.dims[axis + 1 :]
-            found = found._replace(dims=dims, values=found.values[(slice(None),) * axis + (index,)])
+            at = (slice(None),) * axis + (index,)
+            extremes = found.extremes if dim == "time" or found.extremes is None else found.extremes[at]
+            found = found._replace(dims=dims, values=found.values[at], extremes=extremes)
         return found
 
     def reduce(self, function: Callable[..., Array], dim: Any, *, keep_attrs: bool = True) -> Variable:
         """A function of the values along a dimension, which is gone then: as of xarray's variables."""
         axis = self.dims.index(dim)
         dims = self.dims[:axis] + self.dims[axis + 1 :]
-        return self._replace(dims=dims, values=function(self.values, axis=axis))
+        return self._replace(dims=dims, values=function(self.values, axis=axis), extremes=None)
+
+
+class FamilyFields(dict[str, Array]):
+    """Fields of the records of a family at samples, by name: (nt, n, ...) each.
+
+    Parameters
+    ----------
+    noted : tuple of str, fields whose extremes over all steps the records hold
+    extremes : (n, 2 m) float, the least and the largest value of each of them in turn
+    """
+
+    def __init__(self, values: Mapping[str, Array], noted: tuple[str, ...] = (), extremes: Array | None = None) -> None:
+        super().__init__(values)
+        self._noted, self._extremes = noted, extremes
+
+    def extremes_of(self, field: str, index: Any) -> Array | None:
+        """Least and largest value of a field of a record, (2,), or of several, (2, m).
+
+        None where they are not known, as without a time loop.
+        """
+        if self._extremes is None or field not in self._noted:
+            return None
+        at = 2 * self._noted.index(field)
+        found = self._extremes[index, at : at + 2].T
+        return np.array(found) if np.isfinite(found).all() else None
 
 
 @dataclasses.dataclass
@@ -78,9 +108,9 @@ class Observed:
     one_sided: dict[str, str] = dataclasses.field(default_factory=dict)
     given: list[str] = dataclasses.field(default_factory=list)
 
-    def scalar(self, name: str, values: Array, units: str, long_name: str) -> None:
-        """Add a number at every sample: (nt,)."""
-        self.variables[name] = Variable(("time",), np.asarray(values, dtype=float), units, long_name)
+    def scalar(self, name: str, values: Array, units: str, long_name: str, extremes: Array | None = None) -> None:
+        """Add a number at every sample: (nt,); `extremes` as of `Variable`."""
+        self.variables[name] = Variable(("time",), np.asarray(values, dtype=float), units, long_name, extremes)
 
     def vector(self, name: str, values: Array, units: str, long_name: str) -> None:
         """Add a vector at every sample: (nt, 3)."""
@@ -106,10 +136,12 @@ class Observed:
         size = np.abs(np.nan_to_num(self.variables[name].values))
         self.changes(t, (size > 1e-6 * size.max(initial=0.0)).astype(int), {0: zero, 1: other})
 
-    def along(self, name: str, dimension: str, values: Array, units: str, long_name: str) -> None:
-        """Add numbers (nt, n) or vectors (nt, n, 3) over a dimension of the part's own."""
+    def along(
+        self, name: str, dimension: str, values: Array, units: str, long_name: str, extremes: Array | None = None
+    ) -> None:
+        """Add numbers (nt, n) or vectors (nt, n, 3) over a dimension of the part's own; see `scalar`."""
         dims = ("time", dimension, "axis")[: np.ndim(values)]
-        self.variables[name] = Variable(dims, np.asarray(values, dtype=float), units, long_name)
+        self.variables[name] = Variable(dims, np.asarray(values, dtype=float), units, long_name, extremes)
 
     def attitudes(self, name: str, dimension: str, R: Array, long_name: str) -> None:
         """Add rotation matrices (nt, n, 3, 3) over a dimension of the part's own, as quaternions without jumps."""
@@ -118,7 +150,7 @@ class Observed:
         q[1:] *= sign[..., None]
         self.variables[name] = Variable(("time", dimension, "quaternion"), q, "1", long_name)
 
-    def results(self, family: str, fields: Mapping[str, Array], index: int, without: Collection[str] = ()) -> None:
+    def results(self, family: str, fields: FamilyFields, index: int, without: Collection[str] = ()) -> None:
         """Add the fields of a record that are results (`model.RESULTS`), but those `without`.
 
         Parameters
@@ -128,7 +160,10 @@ class Observed:
         for field, described in RESULTS[family].items():
             if field not in without:
                 values = fields[field][:, index]
-                (self.scalar if values.ndim == 1 else self.vector)(described[0], values, *described[1:])
+                if values.ndim == 1:
+                    self.scalar(described[0], values, *described[1:], fields.extremes_of(field, index))
+                else:
+                    self.vector(described[0], values, *described[1:])
 
     def results_along(
         self, family: str, fields: Mapping[str, Array], own: slice, dimension: str, without: Collection[str], where: str

@@ -16,11 +16,12 @@ from evolvent.equations.sampling import evaluate_samples
 from evolvent.kernels import markers, rigid, sides
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.drive import drive
-from evolvent.model import RECORDS, RESULTS
+from evolvent.model import RECORDS, RESULTS, registry
+from evolvent.model.family import EXTREMES
 from evolvent.model.memory import take
 from evolvent.model.powers import N_POWERS
 from evolvent.model.registry import is_by_rates
-from evolvent.results.observe.variables import cross, turned
+from evolvent.results.observe.variables import FamilyFields, cross, turned
 from evolvent.results.observe.wrenches import fill_wrenches
 from evolvent.results.rotations import rotation_matrices
 from evolvent.solvers.common.solution import Solution
@@ -66,29 +67,33 @@ def _results() -> dict[str, list[tuple[str, int, tuple[int, ...]]]]:
     }
 
 
-class Fields(dict[str, dict[str, Array]]):
+class Fields(dict[str, FamilyFields]):
     """Fields of records at samples, by family, evaluated as they are asked for.
 
     Parameters
     ----------
     evaluated : returns values (nt, n), of `evaluate_samples`, and their layout, for the family that is asked for
-    kept : returns what stands in the place of some of them, by family and field
+    kept : returns what stands in the place of some of those of a family, by field
+    model : with the extremes over all steps of some fields
     """
 
     def __init__(
-        self, evaluated: Callable[[str], tuple[Array, _Layout]], kept: Callable[[], Mapping[str, dict[str, Array]]]
-    ) -> None:
+        self, evaluated: Callable[[str], tuple[Array, _Layout]], kept: Callable[[str], Mapping[str, Array]], model: Any
+    ) -> None:  # fmt: skip
         super().__init__()
-        self._evaluated, self._kept = evaluated, kept
+        self._evaluated, self._kept, self._model = evaluated, kept, model
 
-    def __missing__(self, family: str) -> dict[str, Array]:
+    def __missing__(self, family: str) -> FamilyFields:
         values, layout = self._evaluated(family)
         nt, places = len(values), layout.places.get(family)
         if places is None:
-            return {name: np.empty((nt, 0, *shape)) for name, _, shape in _results().get(family, ())}
+            return FamilyFields({name: np.empty((nt, 0, *shape)) for name, _, shape in _results().get(family, ())})
         found = {field: values[:, at : at + math.prod(shape)].reshape(nt, *shape) for field, at, shape in places}
-        found = self[family] = found | self._kept().get(family, {})
-        return found
+        found |= self._kept(family)
+        noted = registry.families()[family].samples.extremes
+        extremes = families.records(self._model, family)[EXTREMES] if noted else None
+        self[family] = FamilyFields(found, noted, extremes)
+        return self[family]
 
 
 class _Layout(NamedTuple):
@@ -192,10 +197,11 @@ class View:
         return found
 
     @functools.cached_property
-    def fields(self) -> dict[str, dict[str, Array]]:
+    def fields(self) -> Fields:
         """Fields of records that are results (`model.RESULTS`) at the samples, by family: (nt, n, ...) each."""
         evaluated = functools.cache(self._evaluated)
-        return Fields(lambda family: evaluated(family in self._families), functools.cache(self._kept_fields))
+        model = self.solution.assembly.model
+        return Fields(lambda family: evaluated(family in self._families), self._kept_fields, model)
 
     def _evaluated(self, of_some: bool) -> tuple[Array, _Layout]:
         """Fields at the samples, of the families that are read or of all, and where they stand."""
@@ -251,14 +257,18 @@ class View:
             end_ramps(shared[key])
         return shared[key]
 
-    def _kept_fields(self) -> dict[str, dict[str, Array]]:
-        """Fields of records that the method has kept, or that are evaluated beside the states."""
-        kept, found = self.solution.kept, {}
-        if kept is not None or is_by_rates(self.solution.model):  # else there is nothing to evaluate again
-            found = self.solution.forces
-        if kept is not None and kept.points is not None:
-            found["contact_points"] = {"force": kept.points} | found.get("contact_points", {})
+    def _kept_fields(self, family: str) -> dict[str, Array]:
+        """Fields of a family that the method has kept, or that are evaluated beside the states."""
+        kept, found = self.solution.kept, dict[str, Array]()
+        if registry.families()[family].samples.kept and (kept is not None or is_by_rates(self.solution.model)):
+            found = self._forces.get(family, {})  # else there is nothing to evaluate again
+        if family == "contact_points" and kept is not None and kept.points is not None:
+            found = {"force": kept.points} | found
         return found
+
+    @functools.cached_property
+    def _forces(self) -> dict[str, dict[str, Array]]:
+        return self.solution.forces
 
     @property
     def load_factor(self) -> Array | float:

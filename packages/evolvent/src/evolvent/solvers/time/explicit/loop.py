@@ -22,6 +22,7 @@ from evolvent.equations.between_steps import (
     excess,
     longest_turn,
     measure_frictions,
+    note_extremes,
     note_stage,
     note_state,
 )
@@ -317,6 +318,7 @@ def advance(A, b, c, E, P, Q, rtol, atol, model, work, budget):
             rhs(loop.time, y, s, model, K[0])
             loop.rhs_evaluations += 1
             loop.stale = 0
+            note_extremes(s, model)
         t = loop.time
         target, h = adapted_step(until, model, work) if adapts else grid_step(end, until, model, loop)
         if loop.turn < h:
@@ -385,6 +387,7 @@ def advance(A, b, c, E, P, Q, rtol, atol, model, work, budget):
                 fire(model, target, work)
         loop.stale = 1 if stale else 0
         if not stale:
+            note_extremes(s, model)
             for i in range(y.size):
                 K[0, i] = K[K.shape[0] - 1, i]
     return BUDGET

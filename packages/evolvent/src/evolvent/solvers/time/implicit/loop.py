@@ -14,7 +14,7 @@ from numba import types
 
 from evolvent.algebra.sparse import SPARSE
 from evolvent.compiled.jit import REAL, indirect, inlined
-from evolvent.equations.between_steps import longest_turn, note_stage, note_state, take_step
+from evolvent.equations.between_steps import longest_turn, note_extremes, note_stage, note_state, take_step
 from evolvent.equations.step_end import start_run
 from evolvent.kernels import contact, rigid, turning, watches
 from evolvent.kernels.calls import change_at, is_due_at, momentum_at, reached_at, until_change_at, until_event_at
@@ -330,6 +330,7 @@ def accept_step(t1, t_end, h, model, work):
     for k in range(calls.size):
         momentum_at(model, calls[k])(work.y, model, work.rate)
     fill_forces(model, work)
+    note_extremes(model.switches, model)
     fill_energies(t_end, model, work)
     note_stage(t1, 0, model)
     note_step(loop, fastest_rate(loop.fastest, h, work.dq, work.shares))

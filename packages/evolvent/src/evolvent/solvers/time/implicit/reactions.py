@@ -3,7 +3,8 @@
 The multipliers that generalized-alpha carries along oscillate from step to step where it damps little (spectral radius
 near 1) and where steps change; the positions and velocities do not. Accelerations and multipliers therefore follow from
 M v' + F + G^T la = 0 and g'' = 0: at the sample where nothing is stiff, else at both ends of its step, whose states are
-in balance with stiff forces as interpolated ones are not, and between them on straight lines.
+in balance with stiff forces as interpolated ones are not, and between them on straight lines. Of systems without beams
+and penalties these are the equations of explicit methods, whose matrix has a row for each constraint alone.
 """
 
 from __future__ import annotations
@@ -12,18 +13,21 @@ import dataclasses
 from typing import Any
 
 import numpy as np
-from numba import void
+from numba import types, void
 
 from evolvent import model as mdl
 from evolvent.algebra.sparse import SPARSE, SparseBlocks
 from evolvent.assembly import needs
-from evolvent.compiled.jit import INTEGERS, MATRIX, indirect
-from evolvent.model.family import some
-from evolvent.model.registry import whole
+from evolvent.compiled.jit import INTEGERS, MATRIX, REAL, VECTOR, indirect, inlined
+from evolvent.equations.rhs import rhs
+from evolvent.kernels.ancf_beams import is_finite
+from evolvent.model.family import EXPLICIT, some
+from evolvent.model.registry import families, whole
 from evolvent.solvers.common.redundancy import Ranks
 from evolvent.solvers.time.implicit.alpha_start import forces_at
 from evolvent.solvers.time.implicit.workspace import DONE, WORKSPACE
 
+_I = types.int64
 #: Part of a step by which the times of its ends lie inside it: loads that begin or end there are those within it.
 _INSIDE = 1e-9
 
@@ -51,6 +55,22 @@ def has_stiffness(model: mdl.Model) -> bool:
 def is_held(model: mdl.Model) -> bool:
     """Whether a model has constraints."""
     return bool(np.any(model.constraints["stiffness"] == 0.0))
+
+
+def is_by_rates(model: mdl.Model) -> bool:
+    """Whether the equations of explicit methods give accelerations and multipliers of all states of a model.
+
+    Not of coordinates with rates of their own, as of beams and threads, of penalties, which have no multipliers there,
+    and of what explicit methods do not support.
+    """
+    present = [family for family in families().values() if family.records(model).size]
+    if model.constraints["stiffness"].any() or any(one.explicit.rate or one.explicit.carried for one in present):
+        return False
+    return all(
+        EXPLICIT in kind.solvers or not kind.mask(family.records(model)).any()
+        for family in present
+        for kind in family.kinds
+    )
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -109,22 +129,43 @@ def _evaluate(run: PendingReactions, wanted: np.ndarray) -> None:
         np.zeros((2 if stiff else 1, size))
         for size in (work.out_a.shape[1], work.out_la.shape[1], 6 * model.bodies.size)
     ]
+    dy = np.zeros(work.y.size if is_by_rates(model) else 0)
     ranks, reached = run.ranks.at(times), np.zeros(1, dtype=np.int64)
     for own in np.split(np.arange(samples.size), np.flatnonzero(np.diff(ranks)) + 1):
         run.ranks.use(int(ranks[own[0]]))
         left = own
         while left.size:
             try:
-                evaluate_steps(samples[left], steps[left], reached, model, matrix, work, *rows)
+                evaluate_steps(samples[left], steps[left], reached, model, matrix, work, *rows, dy)
                 break
             except Exception:  # noqa: BLE001  (of a user's law, which is evaluated beside the state as well)
                 left = left[steps[left] > steps[left[reached[0]]]]
     work.loop.factorizations, work.loop.quality = counted  # those of the steps
 
 
-@indirect(void(INTEGERS, INTEGERS, INTEGERS, mdl.MODEL, SPARSE, WORKSPACE, MATRIX, MATRIX, MATRIX))
+@indirect(_I(REAL, VECTOR, mdl.MODEL, VECTOR, VECTOR, VECTOR), used_for=is_by_rates)
+def rates_at(t, state, model, dy, a, la):  # type: ignore[no-untyped-def]
+    """Accelerations and multipliers of a state by the equations of explicit methods; 1, or 0 where they have none."""
+    rows, n_q = model.rows, model.info.nq
+    rhs(t, state, model.switches, model, dy)
+    for i in range(a.size):
+        a[i] = dy[n_q + i]
+    for r in range(rows.size):
+        la[rows[r].index] = model.la[r]
+    return 1 if is_finite(a) and is_finite(la) else 0
+
+
+@inlined
+def _evaluate_state(t, state, model, matrix, work, dy, a, la):  # type: ignore[no-untyped-def]
+    """Accelerations, multipliers and forces of a state; returns whether there are any."""
+    if dy.size > 0 and rates_at(t, state, model, dy, a, la) != 0:
+        return True
+    return forces_at(t, state, model, matrix, work, a, la) == DONE
+
+
+@indirect(void(INTEGERS, INTEGERS, INTEGERS, mdl.MODEL, SPARSE, WORKSPACE, MATRIX, MATRIX, MATRIX, VECTOR))
 def evaluate_steps(  # type: ignore[no-untyped-def]
-    samples, steps, reached, model, matrix, work, a, la, F
+    samples, steps, reached, model, matrix, work, a, la, F, dy
 ):
     """Evaluate samples of steps: at the sample where a, la and F have one row, else at both ends of the step.
 
@@ -133,6 +174,7 @@ def evaluate_steps(  # type: ignore[no-untyped-def]
     samples, steps : (n,) int, in order, and the first sample of the step of each
     reached : (1,) int, output: number of the one that is evaluated
     a, la, F : (1 or 2, ...) float, room for accelerations, multipliers and wrenches
+    dy : (ny,) float, scratch, of a model that `is_by_rates`, else (0,)
     """
     ends, bodies, found = len(a), model.bodies, False
     for i in range(len(samples)):
@@ -148,11 +190,11 @@ def evaluate_steps(  # type: ignore[no-untyped-def]
             found = True
             for e in range(ends):
                 if ends == 1:
-                    status = forces_at(work.samples[n], work.out_y[n], model, matrix, work, a[e], la[e])
+                    ok = _evaluate_state(work.samples[n], work.out_y[n], model, matrix, work, dy, a[e], la[e])
                 else:
                     t = start + _INSIDE * h if e == 0 else end - _INSIDE * h
-                    status = forces_at(t, work.ends[first, e], model, matrix, work, a[e], la[e])
-                found = found and status == DONE
+                    ok = _evaluate_state(t, work.ends[first, e], model, matrix, work, dy, a[e], la[e])
+                found = found and ok
                 for b in range(bodies.size):
                     for k in range(6):
                         F[e, 6 * b + k] = bodies[b].F[k]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, indirect, inlined
+from evolvent.equations.between_steps import note_extremes
 from evolvent.equations.kept_fields import count_kept, restore_cleared, write_forces
 from evolvent.kernels import rigid
 from evolvent.kernels.calls import between_at, note_part_at
@@ -32,6 +33,7 @@ def fill_forces(model, work):
 def begin_next(model, work):
     """Make forces of the last residual, and the balance of now, those of the start of the next step."""
     fill_forces(model, work)
+    note_extremes(model.switches, model)
     start_next(work)
 
 

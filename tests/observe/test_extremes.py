@@ -1,0 +1,131 @@
+"""Least and largest values over all steps: closed forms at coarse samples, in all that reads extremes."""
+
+import math
+import pathlib
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import evolvent
+from evolvent import System, parts
+from evolvent.results import limits, variables
+from evolvent.results.kept import reduced
+from evolvent.results.observe.variables import Variable
+
+METHODS = ["dopri5", "rk4", "generalized-alpha", "energy-momentum"]
+
+
+class Bounce(NamedTuple):
+    """A system whose force reaches a peak of a closed form between its samples, where it is zero; a period in s."""
+
+    system: System
+    name: str
+    peak: float
+    period: float
+
+
+def _latched(latch: float, rate: float, stiffness: float) -> dict[str, float]:
+    return {"start": latch + 0.1 * rate, "latch": latch, "latch_stiffness": stiffness}
+
+
+def hinge() -> Bounce:
+    """A wheel of the rate w, whose latch is a spring after 0.1 s: the torque is at most w sqrt(J k)."""
+    J, w, k = 0.4, 2.0, 160.0
+    system = System()
+    system.add(parts.RigidBody(motion="spin", inertia=J, axis=(0.0, 0.0, 1.0), rate=-w), "wheel")
+    spring = parts.JointSpring(a="ground", b="wheel", axis=(0.0, 0.0, 1.0), **_latched(0.5, w, k))
+    system.add(spring, "part")
+    return Bounce(system, "part.torque", w * math.sqrt(J * k), 2.0 * math.pi * math.sqrt(J / k))
+
+
+def slide() -> Bounce:
+    """The same of a travel: v sqrt(m k)."""
+    m, v, k = 2.0, 0.5, 800.0
+    system = System()
+    system.add(parts.Point(mass=m, position=(0.0, 1.0, 0.0), velocity=(-v, 0.0, 0.0)), "mass")
+    axis = {"axis": (1.0, 0.0, 0.0), "motion": "translation"}
+    system.add(parts.JointSpring(a="ground", b="mass", **axis, **_latched(-0.05, v, k)), "part")
+    return Bounce(system, "part.force", v * math.sqrt(m * k), 2.0 * math.pi * math.sqrt(m / k))
+
+
+def _loaded(slack: bool) -> Bounce:
+    m, k, F = 0.5, 200.0, 3.0
+    system = System()
+    system.add(parts.Point(mass=m, position=(1.0, 0.0, 0.0)), "mass")
+    system.add(parts.Spring(a=(0.0, 0.0, 0.0), b="mass", stiffness=k, slack=slack), "part")
+    system.add(parts.Load(at="mass", force=(F, 0.0, 0.0)), "load")
+    return Bounce(system, "part.force", 2.0 * F, 2.0 * math.pi * math.sqrt(m / k))
+
+
+def spring() -> Bounce:
+    """A mass on a spring, onto which a force F acts at once: the tension is at most 2 F."""
+    return _loaded(slack=False)
+
+
+def cord() -> Bounce:
+    """The same with one that only pulls."""
+    return _loaded(slack=True)
+
+
+def thread() -> Bounce:
+    """The same of the tip of a thread on a reel."""
+    m, k, F = 0.5, 200.0, 3.0
+    system = System()
+    drive = parts.ConstantDrive(rate=0.0, angle=10.0)
+    system.add(parts.Reel(body="ground", radius=0.1, centre=(0.0, 0.0, -0.1), drive=drive), "reel")
+    system.add(parts.Thread(reel="reel", length=1.0, line_density=1e-9, nodes=1, tip_mass=m, stiffness=k), "part")
+    system.add(parts.Load(at="part.tip", force=(F, 0.0, 0.0)), "load")
+    return Bounce(system, "part.hub_tension", 2.0 * F, 2.0 * math.pi * math.sqrt(m / k))
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("make", [hinge, slide, spring, cord, thread])
+def test_a_peak_between_samples_is_that_of_the_closed_form(make: Callable[[], Bounce], method: str) -> None:
+    """Samples that are nearly a period apart miss it, and many give the same."""
+    of = make()
+    settings: dict[str, Any] = {"method": method, "until": 1.8 * of.period, "fine": False}
+    settings |= {} if method == "dopri5" else {"step": of.period / 400.0}
+    keep = [f"{of.name}.abs_max", f"{of.name}.max", f"{of.name}.min"]
+    coarse, fine = (of.system.simulate(every=share * of.period, keep=keep, **settings) for share in (0.9, 0.01))
+    samples = of.system.simulate(every=0.9 * of.period, **settings)[of.name.partition(".")[0]][
+        of.name.partition(".")[2]
+    ]
+    assert np.abs(samples.values).max() < 0.99 * of.peak
+    assert coarse[keep[0]] == pytest.approx(of.peak, rel=1e-3)
+    for name in keep:
+        assert coarse[name] == pytest.approx(fine[name], rel=1e-3, abs=1e-3 * of.peak)
+
+
+def test_all_that_reads_extremes_reads_those_over_all_steps(tmp_path: pathlib.Path) -> None:
+    """Limits of a run, a run that is read again, variants, dispersions, and the table."""
+    of = hinge()
+    settings: dict[str, Any] = {"until": 1.8 * of.period, "every": 0.9 * of.period, "fine": False}
+    limited = of.system.copy()
+    limited.sections["limits"] = [f"{of.name} <= {0.9 * of.peak:.6g} N m"]
+    run = limited.simulate(**settings)
+    (limit,) = limits.of_run(run)
+    assert not limit.is_met
+    name = f"{of.name}.max"
+    kept = of.system.simulate(keep=[name, "part.angle.min", "part.torque.last"], **settings)
+    assert limit.value == kept[name]
+    assert "extremes" not in kept.variables[name].attrs
+    evolvent.save(run, tmp_path / "run.nc")
+    read = evolvent.open(tmp_path / "run.nc")
+    for one in (run, read):
+        found = reduced(variables.get(one, of.name).variable, "max", name, one.time.values)
+        assert float(found) == kept[name]
+    many = evolvent.simulate_many(of.system, [{}, {}], [name], workers=1, **settings)
+    assert many["part_torque_max"].values.tolist() == [kept[name]] * 2
+
+
+def test_extremes_along_a_part_are_those_of_its_entries() -> None:
+    """Of the cords of a net each its own; of all the largest tension."""
+    found = Variable(("time", "cord"), np.zeros((3, 2)), "N", "tension", np.array([[-1.0, -2.0], [1.0, 5.0]]))
+    assert found.isel({"cord": 1}).extremes.tolist() == [-2.0, 5.0]
+    assert found.isel({"time": [0]}).extremes is found.extremes
+    tree = xr.DataTree(children={"net": xr.DataTree(xr.Dataset({"tension": (found.dims, found.values)}))})
+    tree["net"].tension.attrs["extremes"] = found.extremes.ravel()
+    assert variables.extremes_of(variables.get(tree, "net[1].tension")).tolist() == [-2.0, 5.0]
