@@ -63,7 +63,7 @@ def _economised(series, count):
 
 
 def _polynomials():
-    """Coefficients of psi and its first and second derivative by u = 1 - cos(angle): a_k = a_(k-1) k/(2 k + 1) of phi."""
+    """Coefficients of psi and its two derivatives by u = 1 - cos(angle); those of phi are a_k = a_(k-1) k/(2 k + 1)."""
     a = [Fraction(1)]
     for k in range(1, _TERMS + 2):
         a.append(a[-1] * k / (2 * k + 1))
