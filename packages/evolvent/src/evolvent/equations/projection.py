@@ -9,7 +9,7 @@ from evolvent.equations.between_steps import release_penalties
 from evolvent.kernels import constraint_rows, constraints
 from evolvent.kernels.blocks import ROTATION, normalise
 from evolvent.kernels.calls import project_at
-from evolvent.kernels.impulse import jump, prepare, prepare_sides
+from evolvent.kernels.impulse import clear_twists, jump, prepare, prepare_sides
 from evolvent.model import MODEL
 from evolvent.model.questions import CONSTRAINT
 
@@ -57,9 +57,7 @@ def _held(t, s, r, model):
 def project_constraints(t, y, s, model):
     """Positions (two Newton iterations), then velocities, of a model with constraints."""
     rows, held, n, dy = model.rows, model.constraints, model.rows.size, model.dy[1]
-    for b in range(model.bodies.size):
-        for c in range(6):
-            model.bodies[b].F[c] = model.bodies[b].a[c] = 0.0
+    clear_twists(model)
     for _ in range(2):
         _prepare(t, y, s, model)
         for r in range(n):

@@ -16,15 +16,22 @@ def prepare(t, y, s, model):
     for k in range(calls.size):
         lock_at(model, calls[k])(t, y, s, model)
     rigid.factorise(bodies)
-    for b in range(bodies.size):
-        for c in range(6):
-            bodies[b].F[c] = 0.0
-            bodies[b].a[c] = 0.0
+    clear_twists(model)
     points.clear_forces(model.points)
     if model.rows.size > 0:
         constraint_rows.build_rows(t, y, s, model)
         for r in range(model.rows.size):
             model.rows[r].rx = 0.0
+
+
+@inlined
+def clear_twists(model):
+    """No wrenches and acceleration twists of all bodies."""
+    bodies = model.bodies
+    for b in range(bodies.size):
+        for c in range(6):
+            bodies[b].F[c] = 0.0
+            bodies[b].a[c] = 0.0
 
 
 @inlined
