@@ -35,6 +35,23 @@ def cable(spec: dict[str, Any], options: dict[str, Any]) -> tuple[Any, Callable]
     return system.assemble(), lambda y: y[tip : tip + 3]
 
 
+def rod(spec: dict[str, Any], options: dict[str, Any]) -> tuple[Any, Callable]:
+    """The cable as a geometrically exact rod, with shear and rotary inertia; its root is held by a constraint."""
+    from evolvent.solvers.modal.positions import linearized_points
+
+    system = System(gravity=(0.0, -spec["gravity"], 0.0))
+    own = parts.Rod(
+        length=spec["length"],
+        section=elements.Rectangle(thickness=spec["side"], width=spec["side"]),
+        material=elements.Material(young_modulus=spec["E"], poisson_ratio=spec["nu"], density=spec["density"]),
+        elements=spec["elements"],
+    )
+    system.add(own, "cable")
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="cable.root", type="spherical"))
+    assembly = system.assemble()
+    return assembly, lambda y: linearized_points(assembly, y)["cable.tip"].position
+
+
 def line(spec: dict[str, Any], options: dict[str, Any]) -> tuple[Any, Callable]:
     system = System(gravity=(0.0, 0.0, -spec["gravity"]))
     n = spec["segments"]
@@ -99,7 +116,8 @@ def prepare(work: str, spec: dict[str, Any], options: dict[str, Any], step: floa
     """One run; its stepping is timed by the solver itself, its checks beforehand count only in all."""
     if work == "variants":
         return variants(spec, options, step)
-    assembly, place = {"cable": cable, "line": line, "body": body}[work](spec, options)
+    build = {"cable": rod if options.get("part") == "rod" else cable, "line": line, "body": body}[work]
+    assembly, place = build(spec, options)
 
     def run() -> dict[str, Any]:
         times = spec["samples"]

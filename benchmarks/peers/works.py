@@ -56,7 +56,7 @@ WORKS: dict[str, dict[str, Any]] = {
         "text": "A cable of 1 m, 0.02 m x 0.02 m, E = 20 MPa, 7200 kg/m3, 40 elements, pinned at one end, falls "
         "from the horizontal for 1 s; the tip is compared. Cables have neither shear nor rotary inertia, "
         "the other rods have both, and each is compared with its own theory. Explicit methods support no "
-        "constraint on a beam in evolvent: its pin is then a spring of 1 MN/m.",
+        "constraint on a beam in evolvent: its pin is then a spring of 1 MN/m; a rod's is a constraint.",
         "spec": CABLE,
         "size": 1.0,
     },
@@ -112,12 +112,20 @@ WAYS: list[dict[str, Any]] = [
             "label": label,
             "reference": reference,
             "options": options,
-            "steps": [1e-4, 5e-5],
-            "large": [4e-4, 1e-3],
+            "steps": steps,
+            "large": large,
         }
-        for program, label, reference, options in (
-            ("evolvent", "cable_stretch, RK4", "cable", {"formulation": "cable_stretch", "method": "rk4"}),
-            ("pyelastica", "Cosserat rod, position Verlet", "beam", {}),
+        for program, label, reference, options, steps, large in (
+            (
+                "evolvent",
+                "cable_stretch, RK4",
+                "cable",
+                {"formulation": "cable_stretch", "method": "rk4"},
+                [1e-4, 5e-5],
+                [4e-4, 1e-3],
+            ),
+            ("evolvent", "rod, RK4", "beam", {"part": "rod", "method": "rk4"}, [5e-4, 1e-4], [1e-3, 2e-3]),
+            ("pyelastica", "Cosserat rod, position Verlet", "beam", {}, [1e-4, 5e-5], [4e-4, 1e-3]),
         )
     ),
     *(

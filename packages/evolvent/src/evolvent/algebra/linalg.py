@@ -105,7 +105,7 @@ def banded_solve_vectors(A, first, n, w, x, at):
     for i in range(n):
         j = at + 3 * i
         a, b, c = x[j], x[j + 1], x[j + 2]
-        for k in range(1, min(i, w) + 1):
+        for k in range(min(i, w), 0, -1):  # what has been found last comes last, which nothing then waits for
             m, j = A[first + i, k], at + 3 * (i - k)
             a -= m * x[j]
             b -= m * x[j + 1]
@@ -115,7 +115,7 @@ def banded_solve_vectors(A, first, n, w, x, at):
     for i in range(n - 1, -1, -1):
         j, d = at + 3 * i, A[first + i, 0]
         a, b, c = d * x[j], d * x[j + 1], d * x[j + 2]
-        for k in range(1, min(n - 1 - i, w) + 1):
+        for k in range(min(n - 1 - i, w), 0, -1):
             m, j = A[first + i + k, k], at + 3 * (i + k)
             a -= m * x[j]
             b -= m * x[j + 1]

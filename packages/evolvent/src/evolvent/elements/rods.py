@@ -17,6 +17,8 @@ from evolvent_base.dense import inverse, legendre, norm, product
 Array = np.ndarray
 #: Gauss's four points of an element and their weights.
 _AT, _WEIGHT = legendre(4)
+#: Entries of a stiffness beside the roots of those on its diagonal that are round-off.
+_ROUND_OFF = 1e-13
 
 
 class Lumped(NamedTuple):
@@ -99,6 +101,13 @@ def element_stiffness(
         return 0.5 * (stiffness + stiffness.T)
     stiffness = product(mean, inverse(found), mean.T)
     return 0.5 * (stiffness + stiffness.T)
+
+
+def is_diagonal(stiffness: Array) -> bool:
+    """Whether a stiffness has no entries but round-off beside its diagonal."""
+    sizes = np.sqrt(np.maximum(np.diag(stiffness), 0.0))
+    beside = np.abs(stiffness - np.diag(np.diag(stiffness)))
+    return bool(np.all(beside <= _ROUND_OFF * np.outer(sizes, sizes)))
 
 
 def element_inertia(

@@ -107,7 +107,7 @@ def add_elements(y, a, scale, interval, model, F):
     Parameters
     ----------
     y : (ny,) float, state; of a step means of both ends, with increments over its length as rates
-    a : (nv,) float, accelerations of the coordinates, times `scale`
+    a : (nv,) float, accelerations of the coordinates, times `scale`, which is 0 where they are not known yet
     interval : of the forces (`ancf.INTERVAL`)
     """
     n_q = model.info.nq
@@ -125,9 +125,10 @@ def add_elements(y, a, scale, interval, model, F):
         alpha, at, force = elements[k].alpha, iv - n_q, element_force_at(model, elements[k].force)
         n = 6 * NODE_VECTORS[beams[beam].kind]
         e, u, f, x, changes = y[iq : iq + n], y[iv : iv + n], F[at : at + n], model.e[0, :n], elements[k].changes
-        for i in range(n):
-            x[i] = scale * a[at + i] + alpha * u[i]
-        by_mass += _add_inertia(model.M[mass], n // 3, alpha, x, u, f)
+        if scale != 0.0 or alpha != 0.0:
+            for i in range(n):
+                x[i] = scale * a[at + i] + alpha * u[i]
+            by_mass += _add_inertia(model.M[mass], n // 3, alpha, x, u, f)
         H, h, B = model.H[form], model.h[form], model.B[form]
         by_stiffness += force(e, u, interval, elements[k].beta, H, h, B, changes, work, f)
         k += 1

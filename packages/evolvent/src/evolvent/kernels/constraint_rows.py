@@ -234,7 +234,11 @@ def move_sides(model, y):
                     y[points[i].iq + c] += la * sides[k].J[c] / points[i].mass
                 else:
                     F[sides[k].at + c] += la * sides[k].J[c]
-    for b in range(bodies.size):
-        shift_body(y, bodies, b)
+    for k in range(sides.size):
+        b = sides[k].body
+        if b >= 0 and rows[sides[k].row].kind != THREAD:
+            shift_body(y, bodies, b)
+            for c in range(6):
+                bodies[b].a[c] = 0.0  # of a body with several sides, which has moved
     if model.beams.size > 0:
         ancf_beams.move_held(model, True, y)

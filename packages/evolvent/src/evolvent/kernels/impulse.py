@@ -2,7 +2,7 @@
 
 from numba import void
 
-from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect
+from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels import constraint_rows, points, rigid
 from evolvent.kernels.calls import kick_at, lock_at
 from evolvent.model import MODEL
@@ -16,15 +16,44 @@ def prepare(t, y, s, model):
     for k in range(calls.size):
         lock_at(model, calls[k])(t, y, s, model)
     rigid.factorise(bodies)
-    for b in range(bodies.size):
-        for c in range(6):
-            bodies[b].F[c] = 0.0
-            bodies[b].a[c] = 0.0
+    clear_twists(model)
     points.clear_forces(model.points)
     if model.rows.size > 0:
         constraint_rows.build_rows(t, y, s, model)
         for r in range(model.rows.size):
             model.rows[r].rx = 0.0
+
+
+@inlined
+def clear_twists(model):
+    """No wrenches and acceleration twists of all bodies."""
+    bodies = model.bodies
+    for b in range(bodies.size):
+        for c in range(6):
+            bodies[b].F[c] = 0.0
+            bodies[b].a[c] = 0.0
+
+
+@inlined
+def prepare_sides(t, y, s, model):
+    """As `prepare`, of the bodies alone on which rows act; for a model whose families lock nothing.
+
+    The twists and wrenches of the other bodies do not change.
+    """
+    bodies, sides = model.bodies, model.row_sides
+    rigid.note_state(t, y, model)
+    for i in range(sides.size):
+        b = sides[i].body
+        if b >= 0:
+            rigid.place(t, y, b, model)
+            rigid.factorise_body(bodies, b)
+            for c in range(6):
+                bodies[b].F[c] = 0.0
+                bodies[b].a[c] = 0.0
+    points.clear_forces(model.points)
+    constraint_rows.build_rows(t, y, s, model)
+    for r in range(model.rows.size):
+        model.rows[r].rx = 0.0
 
 
 @indirect(void(VECTOR, INTEGERS, MODEL))

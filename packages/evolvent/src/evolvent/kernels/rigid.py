@@ -34,43 +34,52 @@ def kinematics(t, y, model):
 
     Before that families note what of their records follows from the state and changes masses (`State.kinematics`).
     """
-    bodies, calls = model.bodies, model.state_kinematics_calls
+    note_state(t, y, model)
+    for b in range(model.bodies.size):
+        place(t, y, b, model)
+
+
+@inlined
+def note_state(t, y, model):
+    """What families note of their records before bodies are placed."""
+    calls = model.state_kinematics_calls
     for k in range(calls.size):
         kinematics_at(model, calls[k])(t, y, model)
-    for b in range(bodies.size):
-        q, v = bodies[b].iq, bodies[b].iv
-        R = bodies[b].R
-        if bodies[b].motion == FREE:
-            rotation_from_quaternion(y[q + 3], y[q + 4], y[q + 5], y[q + 6], R)
-            for i in range(3):
-                bodies[b].x[i] = y[q + i]
-                bodies[b].v[i] = y[v + i]
-            bodies[b].w[0], bodies[b].w[1], bodies[b].w[2] = turn(R, y[v + 3], y[v + 4], y[v + 5])
-        else:
-            axis = bodies[b].axis
-            if bodies[b].motion == SPIN:
-                angle, rate = y[q], y[v]
-            else:
-                rate = bodies[b].rate
-                angle = rate * t
-                if bodies[b].path != 0:
-                    move_along(t, b, model)
-                if rate == 0.0:  # stands as it was assembled
-                    for i in range(6):
-                        bodies[b].F[i] = 0.0
-                    continue
-            rotation_about_axis(axis, angle, bodies[b].R0, R)
-            if bodies[b].path == 0:
-                for i in range(3):
-                    bodies[b].x[i] = bodies[b].x0[i]
-                    bodies[b].v[i] = 0.0
-            bodies[b].w[0], bodies[b].w[1], bodies[b].w[2] = turn(R, rate * axis[0], rate * axis[1], rate * axis[2])
-        for i in range(6):
-            bodies[b].F[i] = 0.0
-        if bodies[b].motion == SPIN:
-            bodies[b].J = bodies[b].spin_inertia
-        elif bodies[b].motion == FREE:
-            free_mass(bodies[b].mass, bodies[b].inertia, R, bodies[b].w, bodies[b].M, bodies[b].F)
+
+
+@inlined
+def place(t, y, b, model):
+    """`kinematics` of body b."""
+    bodies = model.bodies
+    q, v, R = bodies[b].iq, bodies[b].iv, bodies[b].R
+    for i in range(6):
+        bodies[b].F[i] = 0.0
+    if bodies[b].motion == FREE:
+        rotation_from_quaternion(y[q + 3], y[q + 4], y[q + 5], y[q + 6], R)
+        for i in range(3):
+            bodies[b].x[i] = y[q + i]
+            bodies[b].v[i] = y[v + i]
+        bodies[b].w[0], bodies[b].w[1], bodies[b].w[2] = turn(R, y[v + 3], y[v + 4], y[v + 5])
+        bodies[b].laden = 0
+        add_gyroscopic_torque(bodies[b].inertia, R, y[v + 3], y[v + 4], y[v + 5], bodies[b].F)
+        return
+    axis = bodies[b].axis
+    if bodies[b].motion == SPIN:
+        angle, rate = y[q], y[v]
+        bodies[b].J = bodies[b].spin_inertia
+    else:
+        rate = bodies[b].rate
+        angle = rate * t
+        if bodies[b].path != 0:
+            move_along(t, b, model)
+        if rate == 0.0:  # stands as it was assembled
+            return
+    rotation_about_axis(axis, angle, bodies[b].R0, R)
+    if bodies[b].path == 0:
+        for i in range(3):
+            bodies[b].x[i] = bodies[b].x0[i]
+            bodies[b].v[i] = 0.0
+    bodies[b].w[0], bodies[b].w[1], bodies[b].w[2] = turn(R, rate * axis[0], rate * axis[1], rate * axis[2])
 
 
 @indirect(void(REAL, types.int64, MODEL), used_for=having("bodies", path=nonzero))
@@ -85,27 +94,39 @@ def move_along(t, b, model):
     bodies[b].along = acceleration
 
 
+@inlined
+def add_gyroscopic_torque(inertia, R, x, y, z, F):
+    """Subtract w x I w from F[3:], inertial axes; (x, y, z) : w, body axes."""
+    gx, gy, gz = cross(
+        x, y, z,
+        inertia[0, 0] * x + inertia[0, 1] * y + inertia[0, 2] * z,
+        inertia[1, 0] * x + inertia[1, 1] * y + inertia[1, 2] * z,
+        inertia[2, 0] * x + inertia[2, 1] * y + inertia[2, 2] * z,
+    )  # fmt: skip
+    gx, gy, gz = turn(R, gx, gy, gz)
+    F[3] -= gx
+    F[4] -= gy
+    F[5] -= gz
+
+
 @kernel
-def free_mass(mass, inertia, R, omega, M, F):
-    """6 x 6 mass in inertial axes, and the gyroscopic torque -omega x I omega in F[3:]."""
+def lade(bodies, b):
+    """Put the 6 x 6 mass of a free body b, inertial axes, into its M, to which what it carries can be added."""
+    if bodies[b].motion != FREE or bodies[b].laden != 0:
+        return
+    M, R, inertia = bodies[b].M, bodies[b].R, bodies[b].inertia
+    bodies[b].laden = 1
     for i in range(6):
         for j in range(6):
             M[i, j] = 0.0
     for i in range(3):
-        M[i, i] = mass
+        M[i, i] = bodies[b].mass
         for j in range(3):
             s = 0.0
             for k in range(3):
                 for n in range(3):
                     s += R[i, k] * inertia[k, n] * R[j, n]
             M[3 + i, 3 + j] = s
-    hx = M[3, 3] * omega[0] + M[3, 4] * omega[1] + M[3, 5] * omega[2]
-    hy = M[4, 3] * omega[0] + M[4, 4] * omega[1] + M[4, 5] * omega[2]
-    hz = M[5, 3] * omega[0] + M[5, 4] * omega[1] + M[5, 5] * omega[2]
-    gx, gy, gz = cross(omega[0], omega[1], omega[2], hx, hy, hz)
-    F[3] -= gx
-    F[4] -= gy
-    F[5] -= gz
 
 
 @inlined
@@ -161,6 +182,7 @@ def add_ring(bodies, b, m, r, dx, dy, dz, nx, ny, nz, rate, acceleration):
         along = ax * nx + ay * ny + az * nz
         bodies[b].J += 0.5 * k * (1.0 + along * along)
     elif bodies[b].motion == FREE:
+        lade(bodies, b)
         n = (nx, ny, nz)
         for i in range(3):
             bodies[b].M[3 + i, 3 + i] += 0.5 * k
@@ -176,6 +198,7 @@ def add_mass(bodies, b, m, dx, dy, dz):
         px, py, pz = cross(nx, ny, nz, dx, dy, dz)
         bodies[b].J += m * (px * px + py * py + pz * pz)
     elif bodies[b].motion == FREE:
+        lade(bodies, b)
         M = bodies[b].M
         dd = dx * dx + dy * dy + dz * dz
         d = (dx, dy, dz)
@@ -206,13 +229,19 @@ def add_skew(M, m, dx, dy, dz):
 
 @inlined
 def factorise(bodies):
-    """Cholesky factors of the free bodies' masses into L; call once all carried masses are in."""
+    """Cholesky factors of masses into L; call once all carried masses are in."""
     for b in range(bodies.size):
-        if bodies[b].motion == FREE:
-            for i in range(6):
-                for j in range(i + 1):
-                    bodies[b].L[i, j] = bodies[b].M[i, j]
-            cholesky(bodies[b].L, 6)
+        factorise_body(bodies, b)
+
+
+@inlined
+def factorise_body(bodies, b):
+    """Cholesky factor of the mass of a free body b that carries others' into its L."""
+    if bodies[b].motion == FREE and bodies[b].laden != 0:
+        for i in range(6):
+            for j in range(i + 1):
+                bodies[b].L[i, j] = bodies[b].M[i, j]
+        cholesky(bodies[b].L, 6)
 
 
 @inlined
@@ -227,9 +256,31 @@ def respond(bodies, b, F, a):
         a[4] = s * ny
         a[5] = s * nz
     elif bodies[b].motion == FREE:
-        for i in range(6):
-            a[i] = F[i]
-        cholesky_solve(bodies[b].L, 6, a)
+        if bodies[b].laden != 0:
+            for i in range(6):
+                a[i] = F[i]
+            cholesky_solve(bodies[b].L, 6, a)
+            return
+        R, own = bodies[b].R, 1.0 / bodies[b].mass
+        x, y, z = turn_back(R, F[3], F[4], F[5])
+        x, y, z = solve_inertia(bodies[b].inertia, x, y, z)
+        a[0], a[1], a[2] = own * F[0], own * F[1], own * F[2]
+        a[3], a[4], a[5] = turn(R, x, y, z)
+
+
+@inlined
+def solve_inertia(J, x, y, z):
+    """J^-1 (x, y, z) of a symmetric positive definite J : (3, 3), by L D L^T."""
+    d0 = 1.0 / J[0, 0]
+    l1, l2 = J[1, 0] * d0, J[2, 0] * d0
+    d1 = 1.0 / (J[1, 1] - l1 * J[1, 0])
+    rest = J[2, 1] - l2 * J[1, 0]
+    l21 = rest * d1
+    d2 = 1.0 / (J[2, 2] - l2 * J[2, 0] - l21 * rest)
+    y -= l1 * x
+    z = (z - l2 * x - l21 * y) * d2
+    y = y * d1 - l21 * z
+    return x * d0 - l1 * y - l2 * z, y, z
 
 
 @inlined
@@ -453,7 +504,9 @@ def body_bound(bodies, b, blocks):
     if bodies["motion"][b] == SPIN:
         n = bodies["R"][b] @ bodies["axis"][b]
         return np.array([[[n @ block[3:, 3:] @ n]] for block in blocks]) / bodies["J"][b]
-    return np.linalg.solve(bodies["M"][b], blocks)
+    R, M = bodies["R"][b], bodies["mass"][b] * np.eye(6)
+    M[3:, 3:] = R @ bodies["inertia"][b] @ R.T
+    return np.linalg.solve(bodies["M"][b] if bodies["laden"][b] else M, blocks)
 
 
 @inlined

@@ -29,8 +29,8 @@ def _gather(table, copies):
         for r in range(table[e, _COUNT]):
             to, at = table[e, _TO] + r * table[e, _STRIDE], table[e, _OF] + r * table[e, _OWN_STRIDE]
             if table[e, _WHAT] == _LANES:
-                for k in range(WIDTH):
-                    for w in range(table[e, _WORDS]):
+                for w in range(table[e, _WORDS]):
+                    for k in range(WIDTH):
                         put_number_at(to + 8 * (WIDTH * w + k), number_at(copies[k] + at + 8 * w))
                 continue
             for w in range(table[e, _WORDS]):
@@ -48,10 +48,10 @@ def _scatter(table, copies):
             continue
         for r in range(table[e, _COUNT]):
             of, at = table[e, _TO] + r * table[e, _STRIDE], table[e, _OF] + r * table[e, _OWN_STRIDE]
-            for k in range(copies.size):
-                lane, width = (k, WIDTH) if table[e, _WHAT] == _LANES else (0, 1)
-                for w in range(table[e, _WORDS]):
-                    put_word_at(copies[k] + at + 8 * w, word_at(of + 8 * (width * w + lane)))
+            width, step = (WIDTH, 1) if table[e, _WHAT] == _LANES else (1, 0)
+            for w in range(table[e, _WORDS]):
+                for k in range(copies.size):
+                    put_word_at(copies[k] + at + 8 * w, word_at(of + 8 * (width * w + step * k)))
 
 
 @indirect(types.boolean(_TABLE, _I, _I))

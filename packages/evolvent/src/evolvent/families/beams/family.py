@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.algebra.sparse import add_entry
+from evolvent.compiled.jit import inlined
 from evolvent.elements.forms import STRAIGHT
 from evolvent.elements.thermal import HEATED, refuse_unheated, thermal_form
 from evolvent.families.beams import beam_strains
@@ -356,9 +357,15 @@ BEAM_NODES = Family(
 @calls.force
 def force(interval, model):
     """Forces and inertia of all elements."""
+    _add_elements(interval.step.inertia, interval, model)
+
+
+@inlined
+def _add_elements(inertia, interval, model):
+    """Forces of all elements, and their inertia under accelerations times a factor; powers of damping."""
     step, powers = interval.step, interval.powers
     lost, viscous = ancf_beams.add_elements(
-        interval.ym, interval.dv, step.inertia, (step.h, step.chi, step.chi_v, step.ratio), model, model.F
+        interval.ym, interval.dv, inertia, (step.h, step.chi, step.chi_v, step.ratio), model, model.F
     )
     powers[MASS_DAMPING] += lost
     powers[STIFFNESS_DAMPING] += viscous
@@ -387,7 +394,7 @@ def momentum(y, model, out):
 @calls.force
 def explicit_force(interval, model):
     """Forces and weight of all elements."""
-    force(interval, model)
+    _add_elements(0.0, interval, model)
     ancf_beams.copy_weight(model, model.P)
 
 

@@ -35,6 +35,7 @@ from evolvent.families.rods.rod_strains import (
     PSI,
     STRAIN,
     element_vectors,
+    first_slopes,
     measure_element,
     rates_of_state,
     secants,
@@ -53,6 +54,10 @@ USED_FOR = "rods"
 def stress(rows, k, strain, at, scale, S):
     """S = scale C E of the strains at strain[at:]; added."""
     C = rows[k].stiffness
+    if rows[k].diagonal != 0:
+        for i in range(6):
+            S[i] += scale * (C[i, i] * strain[at + i])
+        return
     for i in range(6):
         total = 0.0
         for j in range(6):
@@ -114,12 +119,17 @@ def _conjugate_director(A, p, j):
 
 
 @inlined
-def push_ends(k, p, model):
-    """Add the forces -p . d(s, c, v) of element k to the wrenches of its bodies, at the bodies' current positions."""
+def push_ends(k, p, v, model):
+    """Add the forces -p . d(s, c, v) of element k to the wrenches of its bodies, at the bodies' current positions.
+
+    Parameters
+    ----------
+    v : 9 floats, `element_vectors`
+    """
     rows, bodies = model.rod_elements, model.bodies
     a, b, scale = rows[k].a, rows[k].b, 0.5 / rows[k].length
     A, B, Fa, Fb = bodies[a].R, bodies[b].R, bodies[a].F, bodies[b].F
-    ax, ay, az, bx, by, bz, dx, dy, dz = element_vectors(rows, k, bodies)
+    ax, ay, az, bx, by, bz, dx, dy, dz = v
     gx, gy, gz = turn(A, scale * p[4], scale * p[5], scale * p[6])
     hx, hy, hz = turn(B, scale * p[4], scale * p[5], scale * p[6])
     fx, fy, fz = gx + hx, gy + hy, gz + hz
@@ -183,32 +193,39 @@ def evaluate_element(k, h, chi, ratio, model, S, p):
     -------
     dphi, dpsi : secants, as of `conjugate`
     lost, given : powers that damping takes and heat gives, W
+    v : 9 floats, `element_vectors`
     """
     rows, work, lost, given, bending_rate = model.rod_elements, model.rod, 0.0, 0.0, 0.0
     length, beta, m0, m1 = rows[k].length, rows[k].beta, rows[k].m0, rows[k].m1
     if h == 0.0:
-        measure_element(k, model, m1)
+        v = measure_element(k, model, m1)
         m0 = m1
-    dphi, dpsi = secants(m0, m1)
+        dphi, dpsi = first_slopes(m1[COSINE], m1[PHI], m1[PSI])
+    else:
+        v = element_vectors(rows, k, model.bodies)
+        dphi, dpsi = secants(m0, m1)
     mean, rate, viscous = work[_B : _B + 6], work[_B + 6 : _B + 12], work[_B + 12 : _B + 18]
     for i in range(6):
         e0, e1 = m0[STRAIN + i], m1[STRAIN + i]
-        mean[i] = 0.5 * (e0 + e1) + 0.5 * chi * (e1 - e0 - ratio * rows[k].before[i])
-        S[i] = viscous[i] = 0.0
+        mean[i] = e1
+        if h != 0.0:
+            mean[i] = 0.5 * (e0 + e1) + 0.5 * chi * (e1 - e0 - ratio * rows[k].before[i])
+        S[i] = 0.0
     if rows[k].prony_end > rows[k].prony:
         plain, end = work[_B + 6 : _B + 12], work[_B + 12 : _B + 18]
         for i in range(6):
             plain[i], end[i] = 0.5 * (m0[STRAIN + i] + m1[STRAIN + i]), m1[STRAIN + i]
         relax_strains(rows[k].prony, rows[k].prony_end, rows[k].branch, 6, h, plain, end, model, mean)
-        for i in range(6):
-            viscous[i] = 0.0
     stress(rows, k, mean, 0, length, S)
     stored = 0.0
-    for i in range(6):
-        stored += 0.5 * S[i] * m1[STRAIN + i]
+    if rows[k].flows != 0:
+        for i in range(6):
+            stored += 0.5 * S[i] * m1[STRAIN + i]
     add_fibre_stress(rows[k], m0, m1, length, S)
     if beta != 0.0 or rows[k].heated != 0:
         _write_rates(k, h, m0, m1, model, rate)
+        for i in range(6):
+            viscous[i] = 0.0
         stress(rows, k, rate, 0, beta * length, viscous)
         for i in range(6):
             S[i] += viscous[i]
@@ -224,7 +241,7 @@ def evaluate_element(k, h, chi, ratio, model, S, p):
         for i in range(6):
             S[i] += rows[k].flow[i]
     conjugate(m0, m1, dphi, dpsi, S, length, p)
-    return dphi, dpsi, lost, given
+    return dphi, dpsi, lost, given, v
 
 
 @inlined
@@ -254,15 +271,26 @@ def add_rods(h, chi, ratio, model):
     The power of heat is that of the forces by which free strains act, as loads; elastic energies are those of the
     whole strain.
     """
+    return _add_all(h, chi, ratio, model)
+
+
+@indirect(types.UniTuple(REAL, 3)(MODEL))
+def add_rods_of_state(model):
+    """`add_rods` of a state, as code without what a step alone needs."""
+    return _add_all(0.0, 0.0, 0.0, model)
+
+
+@inlined
+def _add_all(h, chi, ratio, model):
     work, lost, given = model.rod, 0.0, 0.0
     S, p = work[_S : _S + 6], work[_P : _P + 7]
     for r in range(model.rods.size):
         if model.rods[r].payout != 0:
             rod_payout.add_flow(r, model)
     for k in range(model.rod_elements.size):
-        _, _, viscous, heat = evaluate_element(k, h, chi, ratio, model, S, p)
+        _, _, viscous, heat, v = evaluate_element(k, h, chi, ratio, model, S, p)
         lost, given = lost + viscous, given + heat
-        push_ends(k, p, model)
+        push_ends(k, p, v, model)
         if model.rod_elements[k].tape > 0:
             tape.push_nodes(k, model)
     return add_mass_damping(model), lost, given

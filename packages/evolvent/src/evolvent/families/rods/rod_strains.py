@@ -18,6 +18,7 @@ Literature: Reissner 1981; Simo 1985; Crisfield & Jelenic 1999 (helical strains)
 """
 
 import math
+from fractions import Fraction
 
 from numba import types, void
 
@@ -37,61 +38,96 @@ LEAST_COSINE = -0.5
 # indices in the scratch `Model.rod`
 _J0, _J1, _D0, _D1, _A, _B, _K, _P, _S, _Q, WORK = 0, 84, 168, 210, 252, 301, 385, 529, 536, 542, 596
 
-_TERMS = 13
+#: Largest 1 - cos(angle) of polynomials for psi and its derivatives, and their numbers of coefficients: errors of
+#: round-off. Series in powers of 1 - cos(angle) are summed to so many terms first.
+_NEAR, _COUNTS, _TERMS = Fraction(1, 10), (9, 10, 10), 24
 
 
-def _series():
-    """Coefficients of phi and psi in powers of u = 1 - cos(angle): a_k = a_(k-1) k/(2 k + 1)."""
-    a = [1.0]
-    for k in range(1, _TERMS + 1):
-        a.append(a[-1] * k / (2.0 * k + 1.0))
-    b = [-0.5 * a[1]]
+def _economised(series, count):
+    """Polynomial for a power series on [0, _NEAR]: multiples of Chebyshev polynomials take its highest powers off."""
+    powers = [a * _NEAR**k for k, a in enumerate(series)]  # of x = u/_NEAR
+    shifted = [[Fraction(1)], [Fraction(-1), Fraction(2)]]
+    while len(shifted) < len(powers):  # T_n+1 = 2 (2 x - 1) T_n - T_n-1
+        last, found = shifted[-1], [Fraction(0)] * (len(shifted) + 1)
+        for k, a in enumerate(last):
+            found[k] -= 2 * a
+            found[k + 1] += 4 * a
+        for k, a in enumerate(shifted[-2]):
+            found[k] -= a
+        shifted.append(found)
+    while len(powers) > count:
+        own = shifted[len(powers) - 1]
+        factor = powers[-1] / own[-1]
+        powers = [a - factor * b for a, b in zip(powers[:-1], own[:-1], strict=True)]
+    return tuple(float(a / _NEAR**k) for k, a in enumerate(powers))
+
+
+def _polynomials():
+    """Coefficients of psi and its two derivatives by u = 1 - cos(angle); those of phi are a_k = a_(k-1) k/(2 k + 1)."""
+    a = [Fraction(1)]
+    for k in range(1, _TERMS + 2):
+        a.append(a[-1] * k / (2 * k + 1))
+    series = [-a[1] / 2]
     for k in range(1, _TERMS):
-        b.append(0.5 * (b[-1] - a[k + 1]))
-    return tuple(a[:_TERMS]), tuple(b)
+        series.append((series[-1] - a[k + 1]) / 2)
+    found = []
+    for count in _COUNTS:
+        found.append(_economised(series, count))
+        series = [k * a for k, a in enumerate(series)][1:]
+    return tuple(found)
 
 
-_PHI, _PSI = _series()
-_NEAR = 0.1
+_PSI, _PSI_U, _PSI_UU = _polynomials()
+_LARGEST = float(_NEAR)
+
+
+@inlined
+def _value(coefficients, u):
+    """Polynomial of u."""
+    total = 0.0
+    for k in range(len(coefficients) - 1, -1, -1):
+        total = coefficients[k] + u * total
+    return total
 
 
 @inlined
 def angle_factors(c):
     """Phi and psi of the cosine of an angle; not a number beyond `LEAST_COSINE`."""
     u = 1.0 - c
-    if u < _NEAR:
-        p = q = 0.0
-        for k in range(_TERMS - 1, -1, -1):
-            p = _PHI[k] + u * p
-            q = _PSI[k] + u * q
-        return p, q
+    square = u * (2.0 - u)
+    if u < _LARGEST:
+        psi = _value(_PSI, u)
+        return 1.0 - square * psi, psi
     if not c >= LEAST_COSINE:
         return math.nan, math.nan
-    square = u * (2.0 - u)
     phi = math.acos(c) / math.sqrt(square)
     return phi, (1.0 - phi) / square
+
+
+@inlined
+def first_slopes(c, phi, psi):
+    """First derivatives of phi and psi by the cosine, where they have these values."""
+    u = 1.0 - c
+    square = u * (2.0 - u)
+    if u < _LARGEST:
+        q = -_value(_PSI_U, u)
+        return 2.0 * c * psi - square * q, q
+    p = (c * phi - 1.0) / square
+    return p, (2.0 * c * psi - p) / square
 
 
 @kernel
 def angle_slopes(c):
     """First derivatives of phi and psi by the cosine, then the second ones."""
     u = 1.0 - c
-    if u < _NEAR:
-        p = q = pp = qq = 0.0
-        for k in range(_TERMS - 1, 0, -1):
-            p = k * _PHI[k] + u * p
-            q = k * _PSI[k] + u * q
-        for k in range(_TERMS - 1, 1, -1):
-            pp = k * (k - 1.0) * _PHI[k] + u * pp
-            qq = k * (k - 1.0) * _PSI[k] + u * qq
-        return -p, -q, pp, qq
-    phi, psi = angle_factors(c)
     square = u * (2.0 - u)
-    p = (c * phi - 1.0) / square
-    q = (2.0 * c * psi - p) / square
+    phi, psi = angle_factors(c)
+    p, q = first_slopes(c, phi, psi)
+    if u < _LARGEST:
+        qq = _value(_PSI_UU, u)
+        return p, q, 2.0 * psi + 4.0 * c * q - square * qq, qq
     pp = (phi + 3.0 * c * p) / square
-    qq = (2.0 * psi + 4.0 * c * q - pp) / square
-    return p, q, pp, qq
+    return p, q, pp, (2.0 * psi + 4.0 * c * q - pp) / square
 
 
 @inlined
@@ -117,10 +153,15 @@ def element_vectors(rows, k, bodies):
 
 @inlined
 def measure_element(k, model, out):
-    """Write s, c, v, phi, psi and strains of element k at the bodies' current positions; out : (MEASURES,) float."""
+    """Write s, c, v, phi, psi and strains of element k at the bodies' current positions; out : (MEASURES,) float.
+
+    Returns
+    -------
+    9 floats, `element_vectors`
+    """
     rows, bodies = model.rod_elements, model.bodies
     A, B = bodies[rows[k].a].R, bodies[rows[k].b].R
-    _, _, _, _, _, _, dx, dy, dz = element_vectors(rows, k, bodies)
+    ax, ay, az, bx, by, bz, dx, dy, dz = element_vectors(rows, k, bodies)
     trace = 0.0
     for i in range(3):
         j, m = (i + 1) % 3, (i + 2) % 3
@@ -139,6 +180,7 @@ def measure_element(k, model, out):
     for i in range(3):
         out[STRAIN + i] = phi * out[CHORD + i] + w * out[i] - rest[i]
         out[STRAIN + 3 + i] = phi * out[i] / rows[k].length - rest[3 + i]
+    return ax, ay, az, bx, by, bz, dx, dy, dz
 
 
 @indirect(void(_I, MODEL))
@@ -163,8 +205,7 @@ def secants(m0, m1):
     change = m1[COSINE] - m0[COSINE]
     if abs(change) > _SMALL:
         return (m1[PHI] - m0[PHI]) / change, (m1[PSI] - m0[PSI]) / change
-    dphi, dpsi, _, _ = angle_slopes(0.5 * (m0[COSINE] + m1[COSINE]))
-    return dphi, dpsi
+    return first_slopes(0.5 * (m0[COSINE] + m1[COSINE]), 0.5 * (m0[PHI] + m1[PHI]), 0.5 * (m0[PSI] + m1[PSI]))
 
 
 @kernel

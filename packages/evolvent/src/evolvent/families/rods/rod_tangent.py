@@ -25,7 +25,6 @@ from evolvent.families.rods.rod_strains import (
     COSINE,
     PSI,
     angle_slopes,
-    element_vectors,
     end_vectors,
     fill_columns,
     secants,
@@ -207,10 +206,10 @@ def add_rod_tangents(h, c_rate, chi, ratio, model, matrix):
     B0, B1, Q = matrix_view(work, _Q + 27, 3, 3), matrix_view(work, _Q + 36, 3, 3), matrix_view(work, _Q + 45, 3, 3)
     for k in range(rows.size):
         a, b, length, J1, D1 = rows[k].a, rows[k].b, rows[k].length, J0, D0
-        dphi, dpsi, _, _ = evaluate_element(k, h, chi, ratio, model, S, p)
+        dphi, dpsi, _, _, v0 = evaluate_element(k, h, chi, ratio, model, S, p)
         m1 = rows[k].m1
         m0 = m1 if h == 0.0 else rows[k].m0
-        Ra, Rb, v0 = bodies[a].R, bodies[b].R, element_vectors(rows, k, bodies)
+        Ra, Rb = bodies[a].R, bodies[b].R
         pose_after(bodies, a, -0.5 * h, A0)
         pose_after(bodies, b, -0.5 * h, B0)
         xa, xb = pose_after(bodies, a, 0.5 * h, A1), pose_after(bodies, b, 0.5 * h, B1)
