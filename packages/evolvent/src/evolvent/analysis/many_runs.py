@@ -15,6 +15,7 @@ import xarray as xr
 from evolvent.analysis import runs
 from evolvent.analysis.batch_parameters import BatchParameters
 from evolvent.analysis.closure import check_energy_gain
+from evolvent.analysis.copied_results import CopiedResults
 from evolvent.analysis.copied_runs import copies_of, prepared
 from evolvent.analysis.methods import choose_method
 from evolvent.analysis.settings import check_run, sample_times
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
 
 Array = np.ndarray
 #: Copies that a thread has, at most, and bytes that they may take.
-MOST, MOST_BYTES = 16, 50_000_000
+MOST, MOST_BYTES = 64, 50_000_000
 
 
 class ManyRuns:
@@ -102,7 +103,7 @@ class ManyRuns:
         points : values, as of `evolvent.System.with_values`
         check : called from time to time with the time reached; what it raises ends the runs
         """
-        copies, parameters = self._own()
+        copies, parameters, results = self._own()
         for first in range(0, len(points), copies.count):
             some = points[first : first + copies.count]
             refused = parameters.assign(some)
@@ -110,16 +111,19 @@ class ManyRuns:
             copies.check = check
             copies.place(which, parameters.write)
             copies.run_to_end(which)
+            together = results.of(which)
             for k in range(len(some)):
-                yield None if k in refused else self._kept_of(copies, parameters, k)
+                yield None if k in refused else together.get(k) or self._kept_of(copies, parameters, k)
 
-    def _own(self) -> tuple[Copies, BatchParameters]:
-        """Copies of this thread, and what they have of their own."""
+    def _own(self) -> tuple[Copies, BatchParameters, CopiedResults]:
+        """Copies of this thread, what they have of their own, and what is kept of them."""
         if not hasattr(self._threads, "own"):
             size = copies_of(self.run, 1, 1).memory.size
             copies = copies_of(self.run, max(1, min(MOST, MOST_BYTES // size)), 1)
-            self._threads.own = copies, BatchParameters(self.varied, copies)
-        found: tuple[Copies, BatchParameters] = self._threads.own
+            parameters = BatchParameters(self.varied, copies)
+            results = CopiedResults(copies, self.varied, parameters, self.keep, self.why)
+            self._threads.own = copies, parameters, results
+        found: tuple[Copies, BatchParameters, CopiedResults] = self._threads.own
         return found
 
     def _kept_of(self, copies: Copies, parameters: BatchParameters, k: int) -> Kept | None:

@@ -177,13 +177,13 @@ def reduced(values: xr.Variable, reduction: str, name: str, t: np.ndarray) -> xr
         As of `reduce`.
     """
     ordered = values.transpose("time", ...)
-    return xr.Variable(ordered.dims[1:], *_reduced(ordered.values, ordered.attrs, reduction, name, t))
+    return xr.Variable(ordered.dims[1:], *reduced_values(ordered.values, ordered.attrs, reduction, name, t))
 
 
-def _reduced(
+def reduced_values(
     values: np.ndarray, attrs: Mapping[Any, Any], reduction: str, name: str, t: np.ndarray
 ) -> tuple[Any, dict[Any, Any]]:
-    """Values (nt, ...) over time in one, and its attributes: see `reduced`."""
+    """Values (nt, ...) over time in one, and its attributes: as of `reduced`."""
     try:
         found = reduce(values, t, reduction)
     except InputError as error:
@@ -393,7 +393,7 @@ def _of_part(view: View, name: str, reduction: str, seen: dict[str, Observed], s
     text = f"{name}: {found.long_name}" if found.long_name else name
     attrs = {"units": found.units, "long_name": text}
     if timed and reduction:
-        values, attrs = _reduced(values, attrs, reduction, name, t)
+        values, attrs = reduced_values(values, attrs, reduction, name, t)
         dims = dims[1:]
     new = {dim: _dimension(part, dim) for dim in dims}
     along = {}

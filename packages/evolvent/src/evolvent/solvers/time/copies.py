@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from typing import Any
@@ -20,8 +21,9 @@ from evolvent_base.errors import InputError
 Array = np.ndarray
 #: Steps that a copy takes before Python looks at it again, and copies of one call of compiled code, at most.
 STEPS, TOGETHER = 2000, 64
-#: Parts, for each thread, in which copies are handed out.
-PARTS = 4
+#: Parts, for each of several threads, in which copies are handed out, and time that one takes of one thread, s: after
+#: each of them the user may interrupt.
+PARTS, PART = 4, 0.3
 #: States of a copy.
 GOES_ON, STOPPED_BY_EVENT, HAS_FAILED = 0, 1, 2
 
@@ -55,6 +57,7 @@ class Copies:
         self.run, self.count, self.workers, self.check = run, count, workers, None
         self.memory = Memory(structs, {("work", name) for name in later})
         self.blocks = self.memory.room(count)
+        self._at_once = PARTS
         self.status, self.reasons = np.zeros(count, dtype=np.int64), dict[int, str]()
         self._codes = np.zeros(count, dtype=np.int64)
         self._runs: dict[int, Any] = {}
@@ -117,6 +120,14 @@ class Copies:
 
     def sampled(self, which: Array, model: Any) -> dict[str, Any]:
         """States of copies at the start and now, in turn: `y`, `s` and `kept` of a solution of 2 k samples."""
+        raise NotImplementedError
+
+    def kept_samples(self, which: Array, at: Array, model: Any) -> dict[str, Any]:
+        """States at samples (k, m) that copies have kept, copy by copy: `y`, `s` and `kept` of a solution of k m."""
+        raise NotImplementedError
+
+    def closes(self, which: Array) -> Array:
+        """Whether copies have surely ended with success, and kept all samples, (k,) bool; of others it is not known."""
         raise NotImplementedError
 
     def events(self, k: int) -> tuple[Array, Array]:
@@ -272,15 +283,20 @@ class Copies:
         """Act on copies, on all threads; `progress` is called with the number of those that are done and of all."""
         if not which.size:
             return
-        least = self.side_by_side
-        size = -(-min(TOGETHER, -(-which.size // (PARTS * self.workers))) // least) * least
-        parts = [which[k : k + size] for k in range(0, which.size, size)]
-        if self.workers == 1 or len(parts) == 1:
-            for n, part in enumerate(parts, 1):
+        if self.workers == 1:
+            done = 0
+            while done < which.size:
+                part = which[done : done + self._rounded(min(TOGETHER, self._at_once))]
+                began = time.perf_counter()
                 act(part)
+                seconds = (time.perf_counter() - began) / part.size
+                self._at_once = max(1, min(TOGETHER, int(PART / max(seconds, 1e-9)), 4 * part.size))
+                done += part.size
                 if progress is not None:
-                    progress(min(n * size, which.size), which.size)
+                    progress(done, which.size)
             return
+        size = self._rounded(min(TOGETHER, -(-which.size // (PARTS * self.workers))))
+        parts = [which[k : k + size] for k in range(0, which.size, size)]
         if self._pool is None:
             self._pool = ThreadPoolExecutor(self.workers, thread_name_prefix="evolvent-batch")
         self._ends.clear()
@@ -299,6 +315,10 @@ class Copies:
             wait(left)
             self._ends.clear()
             raise
+
+    def _rounded(self, size: int) -> int:
+        """A number of copies, rounded up to one that is stepped side by side."""
+        return -(-size // self.side_by_side) * self.side_by_side
 
     def close(self) -> None:
         """End the threads."""
