@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
 from evolvent.analysis.batch_parameters import BatchParameters
-from evolvent.analysis.copied_results import poisoned
 from evolvent.analysis.step_results import ResultAddress, StepResults
 from evolvent.analysis.varied_run import VariedRun
+from evolvent.assembly.variants import Change
 from evolvent.results.kept import follows_from_reactions, is_local
 from evolvent.results.observe import View, observe_part
 from evolvent.solvers.common.solution import Solution
@@ -87,7 +87,7 @@ class BatchResults:
         changed, own = self._varied.changed, solution.assembly
         if not changed:
             return True
-        others = [{"model": poisoned(own.model, changed.values())}, *({"parts": one} for one in self._varied.parts)]
+        others = [{"model": _poisoned(own.model, changed.values())}, *({"parts": one} for one in self._varied.parts)]
         try:
             found = _values(View(solution), address, {})
             without = [
@@ -131,3 +131,17 @@ def _values(view: View, address: ResultAddress, seen: dict[str, Any]) -> Array:
     if variable.dims[:1] != ("time",):
         values = np.broadcast_to(values, (count, *values.shape))
     return np.ascontiguousarray(values.reshape(count, -1)[:, address.at])
+
+
+def _poisoned(model: Any, changed: Iterable[Change]) -> Any:
+    """A copy of a model with NaN in all that copies have of their own."""
+    found, records = model.copy(), False
+    for one in changed:
+        if not one.field:
+            getattr(found, one.family)[one.row] = np.nan
+            continue
+        own, records = getattr(found, one.family)[one.field], True
+        own[one.row] = np.nan if np.issubdtype(own.dtype, np.floating) else own[one.row] + 1
+    if records:  # from which these follow
+        found.blocks["inertia"], found.G[:] = np.nan, np.nan
+    return found

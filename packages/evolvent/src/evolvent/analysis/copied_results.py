@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from evolvent.analysis.batch_parameters import BatchParameters
+from evolvent.analysis.batch_parameters import WORD, BatchParameters
 from evolvent.analysis.varied_run import VariedRun
-from evolvent.assembly.variants import Change
+from evolvent.assembly import needs
+from evolvent.equations.sampling import evaluate_samples_of_copies
 from evolvent.results.kept import Kept, is_local, kept_of, reduced_values, split
+from evolvent.results.observe.view import View
 from evolvent.results.tree import root_of
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.time.copies import Copies
@@ -36,9 +39,10 @@ class CopiedResults:
 
     Notes
     -----
-    Samples of all copies are then those of one solution. Whether what is kept depends on anything else is found by
-    evaluating it with NaN in the place of what copies have of their own and of the states of the copy before, and with
-    the parts of other copies.
+    Samples of copies are then those of one solution, of which compiled code evaluates each by the model of its copy.
+    That nothing else is read is found by evaluating them again with NaN in the place of all in which the models of
+    these copies differ, and with the parts of one of them; and once with the parts of others, and with NaN in the place
+    of the states of the copy before. Events of a copy cannot be read.
     """
 
     def __init__(
@@ -48,33 +52,32 @@ class CopiedResults:
         self._keep = {name: split(name) for name in keep}
         self._names = [*dict.fromkeys(name for name, _ in self._keep.values())]
         self._is_local = is_local(copies.run.assembly, keep) and all(how for _, how in self._keep.values())
-        self._known: tuple[tuple[int, int], bool] | None = None
+        self._which, self._values = np.zeros(0, dtype=np.int64), dict[tuple[int, tuple[str, ...]], Array]()
+        self._is_of_states, self._proven = True, -1
+        self._words = [*_words_of(copies)]
         ends = {how for _, how in self._keep.values()} <= {"first", "last"}
         count = copies.run.plan.times.size
         self._at = np.unique([0, count - 1]) if ends else np.arange(count)
 
     def of(self, which: Array) -> dict[int, Kept]:
-        """What is kept of some of the copies; of others it must be found one by one.
+        """What is kept of copies that have ended with success; of those that are left out it must be found one by one.
 
         Returns
         -------
         dict
             By the number of the copy. The attributes have no statistics.
         """
-        changed = len(self._varied.changed), len(self._varied.parts)
-        if not self._is_local or which.size < LEAST or self._known == (changed, False):
+        if not self._is_local or which.size < LEAST or not self._is_of_states:
             return {}
-        which = which[self._copies.closes(which)]
-        if which.size < LEAST:
-            return {}
-        solution = self._solution(which)
+        solution, self._which, self._values = self._solution(which), which, {}
         found = self._kept(solution)
-        if found is None:
+        if found is None or not self._is_same(solution, found, self._of_other(which)):
             return {}
-        if self._known is None or self._known[0] != changed:
-            self._known = changed, self._is_of_states(which, solution, found)
-        if not self._known[1]:
-            return {}
+        if self._proven < len(self._varied.parts):
+            self._is_of_states = self._is_proven(solution, found)
+            if not self._is_of_states:
+                return {}
+            self._proven = len(self._varied.parts)
         return dict(zip(which.tolist(), self._apart(found, which.size), strict=True))
 
     def _solution(self, which: Array) -> Solution:
@@ -88,8 +91,10 @@ class CopiedResults:
             status=status,
             message=message,
             statistics={},
-            event_times=np.zeros(0),
-            event_kinds=np.zeros(0, dtype=np.int64),
+            event_times=_UNKNOWN,
+            event_kinds=_UNKNOWN,
+            captures=_UNKNOWN,
+            measured=_UNKNOWN,
             wall_time=math.nan,
             compile_time=run.compile_time,
             **copies.kept_samples(which, np.repeat(self._at[None], which.size, axis=0), run.model),
@@ -102,8 +107,9 @@ class CopiedResults:
                 solution,
                 self._names,
                 lambda: root_of(solution, {}),
-                fine=np.zeros(solution.t.size, bool),
+                fine=np.zeros(solution.t.size, dtype=bool),
                 why=self._why,
+                view_of=functools.partial(_CopiesView, self._copies, self._which, self._values),
             )
         except Exception:  # noqa: BLE001  (whatever a number that is none makes of an evaluation)
             return None
@@ -111,17 +117,35 @@ class CopiedResults:
             return None
         return found
 
-    def _is_of_states(self, which: Array, solution: Solution, found: Kept) -> bool:
-        """Whether what is kept follows from the states of the copies."""
-        own, count = solution.assembly, self._at.size
-        other: list[dict[str, Any]] = [{"parts": dict(one)} for one in self._varied.parts]
-        if self._varied.changed:
-            other.append({"model": poisoned(own.model, self._varied.changed.values())})
-        again = [self._kept(dataclasses.replace(solution, assembly=dataclasses.replace(own, **one))) for one in other]
-        if not all(one is not None and _bits(one) == _bits(found) for one in again):
+    def _is_same(self, solution: Solution, found: Kept, other: Mapping[str, Any]) -> bool:
+        """Whether the same is kept with something else in the place of the model or the parts of the assembly."""
+        again = self._kept(dataclasses.replace(solution, assembly=dataclasses.replace(solution.assembly, **other)))
+        return again is not None and _bits(again) == _bits(found)
+
+    def _is_proven(self, solution: Solution, found: Kept) -> bool:
+        """Whether what is kept follows from the states of each copy, by what does not depend on these copies."""
+        count = self._at.size
+        if not all(self._is_same(solution, found, {"parts": dict(one)}) for one in self._varied.parts):
             return False
-        behind = self._kept(_without(self._solution(which), count))
+        behind = self._kept(_without(self._solution(self._which), count))
         return behind is not None and _bits(behind, count) == _bits(found, count)
+
+    def _of_other(self, which: Array) -> dict[str, Any]:
+        """A model with NaN in the place of all numbers in which those of copies differ, and parts of one of them.
+
+        Integers are those of another copy.
+        """
+        model = self._copies.run.model.copy()
+        needs.note_alike(self._copies.run.model, model)
+        for name, of, own, is_float in self._words:
+            differ = of[which] != own
+            if differ.any():
+                last = differ.shape[0] - 1 - np.argmax(differ[::-1], axis=0)
+                words = np.where(is_float, _NAN, of[which[last], np.arange(own.size)])
+                value = np.asarray(getattr(model, name))
+                to = np.ndarray((own.size,), np.int64, np.atleast_1d(value).data)
+                to[:] = np.where(differ.any(axis=0), words, own)
+        return {"model": model, "parts": dict(self._parameters.parts(int(which[-1])))}
 
     def _apart(self, found: Kept, count: int) -> Iterable[Kept]:
         """What is kept of each of so many copies."""
@@ -137,17 +161,80 @@ class CopiedResults:
             yield dataclasses.replace(found, variables=variables, coordinates=along)
 
 
-def poisoned(model: Any, changed: Iterable[Change]) -> Any:
-    """A copy of a model with NaN in all that copies have of their own."""
-    found, records = model.copy(), False
-    for one in changed:
-        if not one.field:
-            getattr(found, one.family)[one.row] = np.nan
+class _CopiesView(View):
+    """Samples of copies, one copy after the other, read by parts.
+
+    Parameters
+    ----------
+    copies : Copies; which : (k,) int, those that the samples are of
+    known : values that were evaluated, by the identity of the states and the families
+    solution, given : as of `View`
+    """
+
+    def __init__(
+        self, copies: Copies, which: Array, known: dict[tuple[int, tuple[str, ...]], Array], solution: Solution,
+        **given: Any,
+    ) -> None:  # fmt: skip
+        super().__init__(solution, **given)
+        self._copies, self._which, self._known = copies, which, known
+
+    def _evaluate(
+        self, s: Array, la: Array, factors: Array, model: Any, fields: tuple[Any, Array], values: Array
+    ) -> None:  # fmt: skip
+        """As of all views, by the model of each copy."""
+        key = id(self.solution.y), tuple(fields[0].families)
+        if key in self._known:
+            values[:] = self._known[key]
+            return
+        memory, blocks, times = self._copies.memory, self._copies.blocks, self.t[: self.t.size // self._which.size]
+        moves = np.array(model.moves(memory.views(blocks[0])["model"]), dtype=np.int64).reshape(-1, 3)
+        if np.any(moves[:, 2] % WORD):
+            raise ValueError("arrays of a model are no whole words")
+        moves[:, 2] //= WORD
+        needs.load(model, evaluate_samples_of_copies)
+        evaluate_samples_of_copies(
+            self._which, memory.size, times, self.y, s, la, factors, moves, model, fields[1], values
+        )  # fmt: skip
+        self._known[key] = values.copy()
+
+
+class _Unknown:
+    """What is not known of several copies together: whatever is done with it raises an exception."""
+
+    def _refuse(self, *_: Any) -> Any:
+        raise LookupError("it is not known of several copies together")
+
+    __getattr__ = __getitem__ = __len__ = __iter__ = __array__ = __eq__ = __ne__ = __bool__ = _refuse
+    __hash__ = None  # type: ignore[assignment]
+
+
+_UNKNOWN: Any = _Unknown()
+#: Bits of a number that is none.
+_NAN = int(np.array(np.nan).view(np.int64))
+
+
+def _words_of(copies: Copies) -> Iterator[tuple[str, Array, Array, Array]]:
+    """Arrays of models as words: name, (count, n) of all copies, (n,) of the run, and which of them are floats."""
+    memory, blocks = copies.memory, copies.blocks
+    for (struct, name, *others), place in memory.places.items():
+        size = math.prod(place.shape) * place.dtype.itemsize
+        if struct != "model" or others or size % WORD:
             continue
-        own, records = getattr(found, one.family)[one.field], True
-        own[one.row] = np.nan if np.issubdtype(own.dtype, np.floating) else own[one.row] + 1
-    if records:  # from which these follow
-        found.blocks["inertia"], found.G[:] = np.nan, np.nan
+        one = np.zeros(1, dtype=place.dtype)
+        is_float = np.tile(_is_float(one.dtype), size // one.nbytes)
+        own = np.ndarray((size // WORD,), np.int64, memory.image.data, place.offset)
+        of = np.ndarray((len(blocks), size // WORD), np.int64, blocks.data, place.offset, (blocks.strides[0], WORD))
+        yield name, of, own, is_float
+
+
+def _is_float(dtype: np.dtype) -> Array:
+    """Which words of an entry of a type are floats."""
+    found = np.zeros(dtype.itemsize // WORD, dtype=bool)
+    if dtype.names is None:
+        found[:] = dtype.base.kind == "f"
+    for name in dtype.names or ():
+        field, at = dtype.fields[name][:2]  # type: ignore[index]
+        found[at // WORD : (at + field.itemsize) // WORD] = field.base.kind == "f"
     return found
 
 

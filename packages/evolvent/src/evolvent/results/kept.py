@@ -249,13 +249,18 @@ def _has(run: xr.Dataset | xr.DataTree, name: str) -> bool:
 
 def is_local(assembly: Assembly, keep: Sequence[str]) -> bool:
     """Whether values of all names at a sample depend on that sample and the first one alone."""
-    others = {variables.owner(name) for name in keep if not _is_balance(assembly, split(name)[0])}
+    others = {variables.owner(name) for name in keep if not is_balance(assembly, name)}
     return all(_is_local(assembly, part) for part in others)
 
 
-def _is_balance(assembly: Assembly, name: str) -> bool:
-    """Whether a variable is an energy, work or momentum of the run at a sample."""
-    own = re.split(r"[.\[]", name)[0]
+def is_of_part(assembly: Assembly, name: str) -> bool:
+    """Whether what is kept under a name is a variable of a part."""
+    return variables.owner(name) in assembly.parts
+
+
+def is_balance(assembly: Assembly, name: str) -> bool:
+    """Whether what is kept under a name is an energy, work or momentum of the run at a sample."""
+    own = re.split(r"[.\[]", split(name)[0])[0]
     return own in OF_A_SAMPLE and own not in assembly.parts
 
 
@@ -287,7 +292,7 @@ def is_of_samples(assembly: Assembly, keep: Sequence[str]) -> bool:
 
 def kept_of(
     solution: Solution, keep: Sequence[str], root: Callable[[], xr.Dataset], *, fine: np.ndarray, why: str,
-    warning: str = "",
+    warning: str = "", view_of: Callable[..., View] = View,
 ) -> Kept:  # fmt: skip
     """What is kept of a solution, at the samples that all runs of a case have; nothing of a run that has failed.
 
@@ -299,6 +304,7 @@ def kept_of(
     fine : (nt,) bool, samples that other runs of the case may not have
     why : str, why the method was taken
     warning : str, what the run warns of
+    view_of : class of the view that parts are read by
     """
     attrs = {
         "status": solution.status, "message": solution.message, "warning": warning, "method": solution.method,
@@ -320,7 +326,7 @@ def kept_of(
             solution = solution.chosen(samples)
             samples = np.arange(samples.size)
     families_read = {assembly.names[name][0] for name in owners if _is_of_family(assembly, name)}
-    view = View(solution, joints=bool(of_reactions) or not local, families=families_read)
+    view = view_of(solution, joints=bool(of_reactions) or not local, families=families_read)
     roots, chosen = functools.cache(root), solution
     sums = functools.cache(lambda: balances_of(chosen))
     seen: dict[str, Observed] = {}
@@ -330,7 +336,7 @@ def kept_of(
         name, reduction = split(wanted)
         if variables.owner(name) in assembly.parts:
             own = _of_part(view, name, reduction, seen, samples)
-        elif _is_balance(assembly, name):
+        elif is_balance(assembly, wanted):
             own = _chosen(_of_balance(sums(), view.t, name), name, reduction, samples, view.t)
         else:
             own = _chosen(_of_root(roots(), statistics, name), name, reduction, samples, view.t)

@@ -201,7 +201,6 @@ class View:
         """Fields at the samples, of the families that are read or of all, and where they stand."""
         la = np.ascontiguousarray(self.solution.la) if self._joints else np.zeros((self.t.size, 0))
         model = self._model_apart()  # after reactions are evaluated
-        needs.load(model, evaluate_samples)
         rows = {
             family: families.records(model, family) for family in _results() if not of_some or family in self._families
         }
@@ -211,8 +210,15 @@ class View:
         table[:, 0] += firsts[layout.family]
         factors, s = np.resize(self.load_factor, self.t.size), np.ascontiguousarray(self.s)
         values = np.empty((self.t.size, int(table[:, 2] @ table[:, 3])))
-        evaluate_samples(self.t, self.y, s, la, factors, model, table, values)
+        self._evaluate(s, la, factors, model, (layout, table), values)
         return values, layout
+
+    def _evaluate(
+        self, s: Array, la: Array, factors: Array, model: Any, fields: tuple[_Layout, Array], values: Array
+    ) -> None:  # fmt: skip
+        """Evaluate the samples by a model that may be written to, as `evaluate_samples` does."""
+        needs.load(model, evaluate_samples)
+        evaluate_samples(self.t, self.y, s, la, factors, model, fields[1], values)
 
     def reactions(self, bodies: Array) -> Array | None:
         """Forces and moments (nt, k, 6) that hold bodies (k,) which stand still, N and N m, inertial axes.

@@ -43,6 +43,8 @@ class Copies:
     ----------
     memory : Memory, of the structs
     blocks : (count, size) uint8
+    round_offs : energies (J), as of `Solution`, in the place of those of the runs of copies (`of`); None where each
+        has its own
     check : called from time to time with the time that a copy has reached; what it raises ends the call
     side_by_side : int, copies that had better be stepped by one thread
     status : (count,) int, `GOES_ON`, `STOPPED_BY_EVENT` or `HAS_FAILED`; reasons : mapping, of those that have failed
@@ -50,6 +52,7 @@ class Copies:
 
     check: Callable[[float], None] | None
     side_by_side = 1
+    round_offs: tuple[float, float] | None = None
 
     def __init__(
         self, run: Any, count: int, workers: int, structs: Mapping[str, Struct], later: Collection[str]

@@ -235,6 +235,8 @@ class ExplicitCopies(Copies):
         found.plan = dataclasses.replace(self.run.plan, assembly=found.assembly, step=step)
         found.begin_checks(self._starts[number, None])
         found.check = int(self._checks[number])
+        if self.round_offs is not None:
+            found.__dict__["unresolved"], found.__dict__["floor"] = self.round_offs
         if number in self._closures:
             found.found = self._closures[number]._replace(unresolved=found.unresolved, floor=found.floor)
         return found
