@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import dataclasses
 import functools
 import math
@@ -15,7 +16,7 @@ from evolvent.analysis.batch_parameters import WORD, BatchParameters
 from evolvent.analysis.varied_run import VariedRun
 from evolvent.assembly import needs
 from evolvent.equations.sampling import evaluate_samples_of_copies
-from evolvent.results.kept import Kept, is_local, kept_of, reduced_values, split
+from evolvent.results.kept import Kept, is_balance, is_local, kept_of, reduced_values, split
 from evolvent.results.observe.view import View
 from evolvent.results.tree import root_of
 from evolvent.solvers.common.solution import Solution
@@ -23,8 +24,10 @@ from evolvent.solvers.time.copies import Copies
 from evolvent.solvers.time.run import FINISHED
 
 Array = np.ndarray
-#: Fewest copies that are evaluated together.
-LEAST = 2
+#: Fewest copies that are evaluated together, and most samples of these.
+LEAST, MOST = 2, 4000
+#: What a method has kept of its samples that few results need; others find it one by one.
+_LEFT_OUT = ("acceleration", "la", "points")
 
 
 class CopiedResults:
@@ -36,6 +39,13 @@ class CopiedResults:
     varied, parameters : VariedRun and BatchParameters, what copies have of their own
     keep : names of what is kept
     why : str, why the method was taken
+    shared : what variants share (`Assembly.shared`)
+
+    Attributes
+    ----------
+    copies : Copies
+    model : that takes the values of a copy
+    which : (k,) int, copies whose samples are evaluated together; values : what was evaluated of them
 
     Notes
     -----
@@ -46,18 +56,31 @@ class CopiedResults:
     """
 
     def __init__(
-        self, copies: Copies, varied: VariedRun, parameters: BatchParameters, keep: Sequence[str], why: str
+        self, copies: Copies, varied: VariedRun, parameters: BatchParameters, keep: Sequence[str], why: str, shared: Any
     ) -> None:  # fmt: skip
-        self._copies, self._varied, self._parameters, self._why = copies, varied, parameters, why
+        self.copies, self._varied, self._parameters, self._why = copies, varied, parameters, why
+        self._shared = shared
         self._keep = {name: split(name) for name in keep}
         self._names = [*dict.fromkeys(name for name, _ in self._keep.values())]
         self._is_local = is_local(copies.run.assembly, keep) and all(how for _, how in self._keep.values())
-        self._which, self._values = np.zeros(0, dtype=np.int64), dict[tuple[int, tuple[str, ...]], Array]()
+        self.which, self.values = np.zeros(0, dtype=np.int64), dict[tuple[int, tuple[str, ...]], Array]()
+        self._balances = any(is_balance(copies.run.assembly, name) for name in keep)
         self._is_of_states, self._proven = True, -1
         self._words = [*_words_of(copies)]
+        self.model = copies.run.model.copy()
+        needs.note_alike(copies.run.model, self.model)
         ends = {how for _, how in self._keep.values()} <= {"first", "last"}
         count = copies.run.plan.times.size
         self._at = np.unique([0, count - 1]) if ends else np.arange(count)
+
+    @functools.cached_property
+    def moves(self) -> Array:
+        """What moves from the first copy, which was placed, to the model, as of `evaluate_samples_of_copies`."""
+        first = self.copies.memory.views(self.copies.blocks[0])["model"]
+        found = np.array(self.model.moves(first), dtype=np.int64).reshape(-1, 3)
+        assert not np.any(found[:, 2] % WORD)
+        found[:, 2] //= WORD
+        return found
 
     def of(self, which: Array) -> dict[int, Kept]:
         """What is kept of copies that have ended with success; of those that are left out it must be found one by one.
@@ -67,23 +90,51 @@ class CopiedResults:
         dict
             By the number of the copy. The attributes have no statistics.
         """
-        if not self._is_local or which.size < LEAST or not self._is_of_states:
+        if not self._is_local:
             return {}
-        solution, self._which, self._values = self._solution(which), which, {}
+        found, size = dict[int, Kept](), max(LEAST, MOST // self._at.size)
+        for first in range(0, which.size, size):
+            some = which[first : first + size]
+            found |= self._together(some) or {k: self._alone(k) for k in some.tolist()}
+        return found
+
+    def _alone(self, k: int) -> Kept:
+        """What is kept of a copy, by a model and parts of its own."""
+        for to, of, size in self.moves.tolist():
+            ctypes.memmove(to, of + k * self.copies.memory.size, WORD * size)
+        own = self._solution(np.array([k]), *self.copies.events(k))
+        assembly = dataclasses.replace(
+            own.assembly, model=self.model, parts=dict(self._parameters.parts(k)), shared=self._shared
+        )
+        own.assembly, own.captures, own.measured = assembly, (), {}
+        none = np.zeros(own.t.size, dtype=bool)
+        found = kept_of(own, [*self._keep], lambda: root_of(own, {}), fine=none, why=self._why)
+        variables = {name: xr.Variable(one.dims, one.values.copy(), one.attrs) for name, one in found.variables.items()}
+        return dataclasses.replace(found, variables=variables)
+
+    def _together(self, which: Array) -> dict[int, Kept] | None:
+        """What is kept of copies by one evaluation; None where it depends on more than their states."""
+        if which.size < LEAST or not self._is_of_states:
+            return None
+        solution, self.which, self.values = self._solution(which), which, {}
         found = self._kept(solution)
         if found is None or not self._is_same(solution, found, self._of_other(which)):
-            return {}
+            return None
         if self._proven < len(self._varied.parts):
             self._is_of_states = self._is_proven(solution, found)
             if not self._is_of_states:
-                return {}
+                return None
             self._proven = len(self._varied.parts)
         return dict(zip(which.tolist(), self._apart(found, which.size), strict=True))
 
-    def _solution(self, which: Array) -> Solution:
-        """Samples of copies, one copy after the other, as those of one solution."""
-        copies, run = self._copies, self._copies.run
-        status, message = FINISHED
+    def _solution(self, which: Array, event_times: Any = None, event_kinds: Any = None) -> Solution:
+        """Samples of copies, one copy after the other, as those of one solution; that of one copy has its events."""
+        copies, run, (status, message) = self.copies, self.copies.run, FINISHED
+        left_out = () if event_times is not None else _LEFT_OUT if self._balances else (*_LEFT_OUT, "momenta")
+        at = np.repeat(self._at[None], which.size, axis=0)
+        own = copies.kept_samples(which, at, run.model, without=left_out)
+        if own["kept"] is not None:
+            own["kept"] = own["kept"]._replace(**dict.fromkeys(left_out, _UNKNOWN))
         return Solution(
             assembly=run.assembly,
             method=run.plan.method,
@@ -91,13 +142,13 @@ class CopiedResults:
             status=status,
             message=message,
             statistics={},
-            event_times=_UNKNOWN,
-            event_kinds=_UNKNOWN,
+            event_times=_UNKNOWN if event_times is None else event_times,
+            event_kinds=_UNKNOWN if event_kinds is None else event_kinds,
             captures=_UNKNOWN,
             measured=_UNKNOWN,
             wall_time=math.nan,
             compile_time=run.compile_time,
-            **copies.kept_samples(which, np.repeat(self._at[None], which.size, axis=0), run.model),
+            **own,
         )
 
     def _kept(self, solution: Solution) -> Kept | None:
@@ -109,7 +160,7 @@ class CopiedResults:
                 lambda: root_of(solution, {}),
                 fine=np.zeros(solution.t.size, dtype=bool),
                 why=self._why,
-                view_of=functools.partial(_CopiesView, self._copies, self._which, self._values),
+                view_of=functools.partial(_CopiesView, self),
             )
         except Exception:  # noqa: BLE001  (whatever a number that is none makes of an evaluation)
             return None
@@ -127,7 +178,7 @@ class CopiedResults:
         count = self._at.size
         if not all(self._is_same(solution, found, {"parts": dict(one)}) for one in self._varied.parts):
             return False
-        behind = self._kept(_without(self._solution(self._which), count))
+        behind = self._kept(_without(self._solution(self.which), count))
         return behind is not None and _bits(behind, count) == _bits(found, count)
 
     def _of_other(self, which: Array) -> dict[str, Any]:
@@ -135,8 +186,8 @@ class CopiedResults:
 
         Integers are those of another copy.
         """
-        model = self._copies.run.model.copy()
-        needs.note_alike(self._copies.run.model, model)
+        model = self.copies.run.model.copy()
+        needs.note_alike(self.copies.run.model, model)
         for name, of, own, is_float in self._words:
             differ = of[which] != own
             if differ.any():
@@ -149,7 +200,7 @@ class CopiedResults:
 
     def _apart(self, found: Kept, count: int) -> Iterable[Kept]:
         """What is kept of each of so many copies."""
-        t, size = self._copies.run.plan.times[self._at], self._at.size
+        t, size = self.copies.run.plan.times[self._at], self._at.size
         kept: list[dict[str, xr.Variable]] = [{} for _ in range(count)]
         for wanted, (name, how) in self._keep.items():
             own = found.variables[name]
@@ -166,36 +217,31 @@ class _CopiesView(View):
 
     Parameters
     ----------
-    copies : Copies; which : (k,) int, those that the samples are of
-    known : values that were evaluated, by the identity of the states and the families
+    results : CopiedResults, of the copies
     solution, given : as of `View`
     """
 
-    def __init__(
-        self, copies: Copies, which: Array, known: dict[tuple[int, tuple[str, ...]], Array], solution: Solution,
-        **given: Any,
-    ) -> None:  # fmt: skip
+    def __init__(self, results: CopiedResults, solution: Solution, **given: Any) -> None:
         super().__init__(solution, **given)
-        self._copies, self._which, self._known = copies, which, known
+        self._of = results
+
+    def _model_apart(self) -> Any:
+        """As of all views; it takes the values of each copy."""
+        return self._of.model
 
     def _evaluate(
         self, s: Array, la: Array, factors: Array, model: Any, fields: tuple[Any, Array], values: Array
     ) -> None:  # fmt: skip
         """As of all views, by the model of each copy."""
-        key = id(self.solution.y), tuple(fields[0].families)
-        if key in self._known:
-            values[:] = self._known[key]
-            return
-        memory, blocks, times = self._copies.memory, self._copies.blocks, self.t[: self.t.size // self._which.size]
-        moves = np.array(model.moves(memory.views(blocks[0])["model"]), dtype=np.int64).reshape(-1, 3)
-        if np.any(moves[:, 2] % WORD):
-            raise ValueError("arrays of a model are no whole words")
-        moves[:, 2] //= WORD
-        needs.load(model, evaluate_samples_of_copies)
-        evaluate_samples_of_copies(
-            self._which, memory.size, times, self.y, s, la, factors, moves, model, fields[1], values
-        )  # fmt: skip
-        self._known[key] = values.copy()
+        of, key = self._of, (id(self.solution.y), tuple(fields[0].families))
+        if key not in of.values:
+            times, size = self.t[: self.t.size // of.which.size], of.copies.memory.size
+            needs.load(model, evaluate_samples_of_copies)
+            evaluate_samples_of_copies(
+                of.which, size, times, self.y, s, la, factors, of.moves, model, fields[1], values
+            )
+            of.values[key] = values.copy()
+        values[:] = of.values[key]
 
 
 class _Unknown:
@@ -240,10 +286,11 @@ def _is_float(dtype: np.dtype) -> Array:
 
 def _without(solution: Solution, count: int) -> Solution:
     """A solution with NaN in the place of its first samples."""
-    for values in (solution.y, *(() if solution.kept is None else solution.kept)):
-        if values is not None and values.dtype.names is None:
+    kept = () if solution.kept is None else solution.kept
+    for values in (solution.y, *(one for one in kept if isinstance(one, np.ndarray))):
+        if values.dtype.names is None:
             values[:count] = np.nan
-        for name in () if values is None else values.dtype.names or ():
+        for name in values.dtype.names or ():
             values[name][:count] = np.nan
     return solution
 

@@ -130,7 +130,7 @@ class ManyRuns:
             size = copies_of(self.run, 1, 1).memory.size
             copies = copies_of(self.run, max(1, min(MOST, MOST_BYTES // size)), 1)
             parameters = BatchParameters(self.varied, copies)
-            results = CopiedResults(copies, self.varied, parameters, self.keep, self.why)
+            results = CopiedResults(copies, self.varied, parameters, self.keep, self.why, self._shared)
             self._threads.own = copies, parameters, results
         found: tuple[Copies, BatchParameters, CopiedResults] = self._threads.own
         return found

@@ -125,8 +125,11 @@ class Copies:
         """States of copies at the start and now, in turn: `y`, `s` and `kept` of a solution of 2 k samples."""
         raise NotImplementedError
 
-    def kept_samples(self, which: Array, at: Array, model: Any) -> dict[str, Any]:
-        """States at samples (k, m) that copies have kept, copy by copy: `y`, `s` and `kept` of a solution of k m."""
+    def kept_samples(self, which: Array, at: Array, model: Any, *, without: Collection[str] = ()) -> dict[str, Any]:
+        """States at samples (k, m) that copies have kept, copy by copy: `y`, `s` and `kept` of a solution of k m.
+
+        Fields of `kept` are None where they are named in `without`.
+        """
         raise NotImplementedError
 
     def closes(self, which: Array) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from types import SimpleNamespace
 from typing import Any
 
@@ -69,7 +69,7 @@ class ExplicitCopies(Copies):
                 found[name] = np.stack([kept[which, 0], now[which]], axis=1).reshape(2 * which.size, -1)
         return {**found, "kept": None}
 
-    def kept_samples(self, which: Array, at: Array, model: Model) -> dict[str, Any]:
+    def kept_samples(self, which: Array, at: Array, model: Model, *, without: Collection[str] = ()) -> dict[str, Any]:
         """As of all copies."""
         found = {}
         for name in ("y", "s"):
@@ -85,7 +85,10 @@ class ExplicitCopies(Copies):
 
     def events(self, k: int) -> tuple[Array, Array]:
         """As of all copies."""
-        found: tuple[Array, Array] = self.of(k).all_logged()
+        if k not in self._runs:  # whose log has not been full
+            count = int(self.loop["fired"][k])
+            return self.values("work", "log_t")[k, :count].copy(), self.values("work", "log_k")[k, :count].copy()
+        found: tuple[Array, Array] = self._runs[k].all_logged()
         return found
 
     def _begin(self, which: Array) -> None:

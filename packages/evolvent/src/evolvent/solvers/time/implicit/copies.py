@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from types import SimpleNamespace
 from typing import Any
 
@@ -65,7 +65,7 @@ class ImplicitCopies(Copies):
         found = self.kept_samples(which, np.stack([np.zeros_like(last), last], axis=1), model)
         return {**found, "kept": found["kept"]._replace(points=None, momenta=None)}
 
-    def kept_samples(self, which: Array, at: Array, model: Model) -> dict[str, Any]:
+    def kept_samples(self, which: Array, at: Array, model: Model, *, without: Collection[str] = ()) -> dict[str, Any]:
         """As of all copies."""
 
         def taken(name: str) -> Array:
@@ -79,11 +79,11 @@ class ImplicitCopies(Copies):
 
         y, balance = taken("out_y"), taken("out_balance").view(eb.BALANCE)[:, 0].view(np.recarray)
         write_accounts(model, y, balance)
-        points = taken("out_points") if self.midpoint else None
-        has_momenta = not model.info.releases and self.run.work.out_momenta.size
-        momenta = taken("out_momenta") if has_momenta else None
-        kept = Sampled(taken("out_a"), taken("out_la"), balance, taken("out_forces"), points, momenta)
-        return {"y": y, "s": taken("out_s"), "kept": kept}
+        has = {"points": self.midpoint, "momenta": not model.info.releases and self.run.work.out_momenta.size}
+        names = {"acceleration": "out_a", "la": "out_la", "forces": "out_forces"}
+        names |= {name: f"out_{name}" for name, own in has.items() if own}
+        kept = {name: None if name in without else taken(of) for name, of in names.items()}
+        return {"y": y, "s": taken("out_s"), "kept": Sampled(balance=balance, **kept)}
 
     def closes(self, which: Array) -> Array:
         """As of all copies: the balance of each, without round-off, as `analysis.closure` judges it."""
@@ -110,9 +110,10 @@ class ImplicitCopies(Copies):
 
     def events(self, k: int) -> tuple[Array, Array]:
         """As of all copies."""
-        work = self.of(k).work
-        count = int(work.loop.latches)
-        return work.log_t[:count], event_numbers(self.run.model, work.log_k[:count])
+        times, kinds, count = self.values("work", "log_t"), self.values("work", "log_k"), int(self.loop["latches"][k])
+        if times is None or kinds is None:
+            return np.zeros(0), np.zeros(0, dtype=np.int64)
+        return times[k, :count].copy(), event_numbers(self.run.model, kinds[k, :count])
 
     def _begin(self, which: Array) -> None:
         """As of all copies."""
