@@ -7,7 +7,7 @@ import dataclasses
 import functools
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -22,10 +22,11 @@ from evolvent.results.tree import root_of
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.time.copies import Copies
 from evolvent.solvers.time.run import FINISHED
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 #: Fewest copies that are evaluated together, and most samples of these.
-LEAST, MOST = 2, 4000
+LEAST, MOST = 2, 10_000
 #: What a method has kept of its samples that few results need; others find it one by one.
 _LEFT_OUT = ("acceleration", "la", "points")
 
@@ -51,8 +52,8 @@ class CopiedResults:
     -----
     Samples of copies are then those of one solution, of which compiled code evaluates each by the model of its copy.
     That nothing else is read is found by evaluating them again with NaN in the place of all in which the models of
-    these copies differ, and with the parts of one of them; and once with the parts of others, and with NaN in the place
-    of the states of the copy before. Events of a copy cannot be read.
+    copies have differed by now, with parts of other copies, and with NaN in the place of the states of the copy before.
+    Events of a copy cannot be read.
     """
 
     def __init__(
@@ -95,11 +96,13 @@ class CopiedResults:
         found, size = dict[int, Kept](), max(LEAST, MOST // self._at.size)
         for first in range(0, which.size, size):
             some = which[first : first + size]
-            found |= self._together(some) or {k: self._alone(k) for k in some.tolist()}
+            together = self._together(some)
+            own = ((k, self._alone(k)) for k in some.tolist()) if together is None else together.items()
+            found |= {k: one for k, one in own if one is not None}
         return found
 
-    def _alone(self, k: int) -> Kept:
-        """What is kept of a copy, by a model and parts of its own."""
+    def _alone(self, k: int) -> Kept | None:
+        """What is kept of a copy, by a model and parts of its own; None where that is refused."""
         for to, of, size in self.moves.tolist():
             ctypes.memmove(to, of + k * self.copies.memory.size, WORD * size)
         own = self._solution(np.array([k]), *self.copies.events(k))
@@ -108,7 +111,10 @@ class CopiedResults:
         )
         own.assembly, own.captures, own.measured = assembly, (), {}
         none = np.zeros(own.t.size, dtype=bool)
-        found = kept_of(own, [*self._keep], lambda: root_of(own, {}), fine=none, why=self._why)
+        try:
+            found = kept_of(own, [*self._keep], lambda: root_of(own, {}), fine=none, why=self._why)
+        except InputError:
+            return None
         variables = {name: xr.Variable(one.dims, one.values.copy(), one.attrs) for name, one in found.variables.items()}
         return dataclasses.replace(found, variables=variables)
 
@@ -118,13 +124,9 @@ class CopiedResults:
             return None
         solution, self.which, self.values = self._solution(which), which, {}
         found = self._kept(solution)
-        if found is None or not self._is_same(solution, found, self._of_other(which)):
+        self._is_of_states = found is not None and self._is_proven(which, solution, found)
+        if found is None or not self._is_of_states:
             return None
-        if self._proven < len(self._varied.parts):
-            self._is_of_states = self._is_proven(solution, found)
-            if not self._is_of_states:
-                return None
-            self._proven = len(self._varied.parts)
         return dict(zip(which.tolist(), self._apart(found, which.size), strict=True))
 
     def _solution(self, which: Array, event_times: Any = None, event_kinds: Any = None) -> Solution:
@@ -173,30 +175,40 @@ class CopiedResults:
         again = self._kept(dataclasses.replace(solution, assembly=dataclasses.replace(solution.assembly, **other)))
         return again is not None and _bits(again) == _bits(found)
 
-    def _is_proven(self, solution: Solution, found: Kept) -> bool:
-        """Whether what is kept follows from the states of each copy, by what does not depend on these copies."""
-        count = self._at.size
+    def _is_proven(self, which: Array, solution: Solution, found: Kept) -> bool:
+        """Whether what is kept follows from the states of each copy; what was found of others is not found again."""
+        if self._differs_more(which) and not self._is_same(solution, found, {"model": self._poisoned()}):
+            return False
+        if self._proven == len(self._varied.parts):
+            return True
+        self._proven, count = len(self._varied.parts), self._at.size
         if not all(self._is_same(solution, found, {"parts": dict(one)}) for one in self._varied.parts):
             return False
-        behind = self._kept(_without(self._solution(self.which), count))
+        behind = self._kept(_without(self._solution(which), count))
         return behind is not None and _bits(behind, count) == _bits(found, count)
 
-    def _of_other(self, which: Array) -> dict[str, Any]:
-        """A model with NaN in the place of all numbers in which those of copies differ, and parts of one of them.
+    def _differs_more(self, which: Array) -> bool:
+        """Whether models of copies differ from that of the run in numbers in which none has differed before."""
+        grown = False
+        for one in self._words:
+            own = one.of[which]
+            differ = np.any(own != one.nominal, axis=0)
+            if np.any(differ & ~one.differ):
+                grown = True
+                one.differ[:] |= differ
+                last = len(own) - 1 - np.argmax((own != one.nominal)[::-1], axis=0)
+                one.other[differ] = own[last, np.arange(last.size)][differ]
+        return grown
 
-        Integers are those of another copy.
-        """
+    def _poisoned(self) -> Any:
+        """A model with NaN in the place of all numbers in which copies have differed; integers are those of a copy."""
         model = self.copies.run.model.copy()
         needs.note_alike(self.copies.run.model, model)
-        for name, of, own, is_float in self._words:
-            differ = of[which] != own
-            if differ.any():
-                last = differ.shape[0] - 1 - np.argmax(differ[::-1], axis=0)
-                words = np.where(is_float, _NAN, of[which[last], np.arange(own.size)])
-                value = np.asarray(getattr(model, name))
-                to = np.ndarray((own.size,), np.int64, np.atleast_1d(value).data)
-                to[:] = np.where(differ.any(axis=0), words, own)
-        return {"model": model, "parts": dict(self._parameters.parts(int(which[-1])))}
+        for one in self._words:
+            words = np.where(one.is_float & one.differ, _NAN, one.other)
+            value = np.atleast_1d(np.asarray(getattr(model, one.name)))
+            np.ndarray(words.shape, np.int64, value.data)[:] = words
+        return model
 
     def _apart(self, found: Kept, count: int) -> Iterable[Kept]:
         """What is kept of each of so many copies."""
@@ -259,18 +271,37 @@ _UNKNOWN: Any = _Unknown()
 _NAN = int(np.array(np.nan).view(np.int64))
 
 
-def _words_of(copies: Copies) -> Iterator[tuple[str, Array, Array, Array]]:
-    """Arrays of models as words: name, (count, n) of all copies, (n,) of the run, and which of them are floats."""
+class _Words(NamedTuple):
+    """An array of the models of copies, as words.
+
+    Attributes
+    ----------
+    name : str
+    of, nominal : (count, n) int of copies, and (n,) int of the run
+    other : (n,) int, the same, or those of a copy where they differ
+    is_float, differ : (n,) bool, whether they are floats, and whether those of a copy have differed
+    """
+
+    name: str
+    of: Array
+    nominal: Array
+    other: Array
+    is_float: Array
+    differ: Array
+
+
+def _words_of(copies: Copies) -> Iterator[_Words]:
+    """Arrays of the models of copies."""
     memory, blocks = copies.memory, copies.blocks
     for (struct, name, *others), place in memory.places.items():
         size = math.prod(place.shape) * place.dtype.itemsize
         if struct != "model" or others or size % WORD:
             continue
-        one = np.zeros(1, dtype=place.dtype)
-        is_float = np.tile(_is_float(one.dtype), size // one.nbytes)
-        own = np.ndarray((size // WORD,), np.int64, memory.image.data, place.offset)
-        of = np.ndarray((len(blocks), size // WORD), np.int64, blocks.data, place.offset, (blocks.strides[0], WORD))
-        yield name, of, own, is_float
+        n, strides = size // WORD, (blocks.strides[0], WORD)
+        nominal = np.ndarray((n,), np.int64, memory.image.data, place.offset)
+        of = np.ndarray((len(blocks), n), np.int64, blocks.data, place.offset, strides)
+        is_float = np.tile(_is_float(place.dtype), size // place.dtype.itemsize)
+        yield _Words(name, of, nominal, nominal.copy(), is_float, np.zeros(n, dtype=bool))
 
 
 def _is_float(dtype: np.dtype) -> Array:
