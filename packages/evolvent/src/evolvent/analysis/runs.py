@@ -133,8 +133,9 @@ def simulate(
     """
     solution, why, times = solve(assembly, **settings)
     found = tree(solution, case=case, why=why, title=title, root=times.mark(solution.t), keep_states=keep_states)
-    if judge is not None:
-        found.attrs.update(judge(solution))
+    judged = {} if judge is None else judge(solution)
+    if judged:  # else the root waits until it is asked for
+        found.attrs.update(judged)
     if solution.status == "failed":
         raise RunFailed(solution.message, found)
     return found
