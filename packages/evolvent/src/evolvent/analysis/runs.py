@@ -114,15 +114,14 @@ def solve(
 
 
 def simulate(
-    assembly: Assembly, *, case: str, title: str = "", keep_states: bool = False,
+    assembly: Assembly, *, case: str | Callable[[], str], title: str = "", keep_states: bool = False,
     judge: Callable[[Solution], Mapping[str, str]] | None = None, **settings: Any,
 ) -> xr.DataTree:  # fmt: skip
     """Run an assembled system.
 
     Parameters
     ----------
-    case : str, as YAML
-    title, keep_states : as of `tree`
+    case, title, keep_states : as of `tree`
     judge : returns more attributes of the results of a solution
     settings : as of `solve`
 

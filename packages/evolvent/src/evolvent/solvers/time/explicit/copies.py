@@ -86,8 +86,9 @@ class ExplicitCopies(Copies):
     def events(self, k: int) -> tuple[Array, Array]:
         """As of all copies."""
         if k not in self._runs:  # whose log has not been full
+            times, kinds = (self.memory.values(self.blocks, "work", name) for name in ("log_t", "log_k"))
             count = int(self.loop["fired"][k])
-            return self.values("work", "log_t")[k, :count].copy(), self.values("work", "log_k")[k, :count].copy()
+            return times[k, :count].copy(), kinds[k, :count].copy()
         found: tuple[Array, Array] = self._runs[k].all_logged()
         return found
 

@@ -82,7 +82,7 @@ class ImplicitCopies(Copies):
         has = {"points": self.midpoint, "momenta": not model.info.releases and self.run.work.out_momenta.size}
         names = {"acceleration": "out_a", "la": "out_la", "forces": "out_forces"}
         names |= {name: f"out_{name}" for name, own in has.items() if own}
-        kept = {name: None if name in without else taken(of) for name, of in names.items()}
+        kept: dict[str, Any] = {name: None if name in without else taken(of) for name, of in names.items()}
         return {"y": y, "s": taken("out_s"), "kept": Sampled(balance=balance, **kept)}
 
     def closes(self, which: Array) -> Array:
