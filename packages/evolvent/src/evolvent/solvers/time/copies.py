@@ -21,8 +21,7 @@ from evolvent_base.errors import InputError
 Array = np.ndarray
 #: Steps that a copy takes before Python looks at it again, and copies of one call of compiled code, at most.
 STEPS, TOGETHER = 2000, 64
-#: Parts, for each of several threads, in which copies are handed out, and time that one takes of one thread, s: after
-#: each of them the user may interrupt.
+#: Parts, for each thread, in which copies are handed out, and time of one thread for which more are taken at once, s.
 PARTS, PART = 4, 0.3
 #: States of a copy.
 GOES_ON, STOPPED_BY_EVENT, HAS_FAILED = 0, 1, 2
@@ -60,7 +59,7 @@ class Copies:
         self.run, self.count, self.workers, self.check = run, count, workers, None
         self.memory = Memory(structs, {("work", name) for name in later})
         self.blocks = self.memory.room(count)
-        self._at_once = PARTS
+        self._at_once = 1
         self.status, self.reasons = np.zeros(count, dtype=np.int64), dict[int, str]()
         self._codes = np.zeros(count, dtype=np.int64)
         self._runs: dict[int, Any] = {}
@@ -290,13 +289,13 @@ class Copies:
         if not which.size:
             return
         if self.workers == 1:
-            done = 0
+            done, least = 0, -(-which.size // PARTS)
             while done < which.size:
-                part = which[done : done + self._rounded(min(TOGETHER, self._at_once))]
+                part = which[done : done + self._rounded(min(TOGETHER, max(least, self._at_once)))]
                 began = time.perf_counter()
                 act(part)
                 seconds = (time.perf_counter() - began) / part.size
-                self._at_once = max(1, min(TOGETHER, int(PART / max(seconds, 1e-9)), 4 * part.size))
+                self._at_once = max(1, min(TOGETHER, int(PART / max(seconds, 1e-9))))
                 done += part.size
                 if progress is not None:
                     progress(done, which.size)
