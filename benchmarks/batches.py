@@ -3,7 +3,8 @@
     python benchmarks/batches.py [-o benchmarks/batches.json] [--variants 200] [--dispersed 1000] [--rods 4096]
 
 All figures are taken in one run on one machine, so that their ratios hold where the times do not. `beyond` is the
-processor time of a variant less that of the compiled time loop. `threads` steps the same copies of `solar-array` by one
+processor time of a variant less that of the compiled time loop and its starts, `python` what of that no compiled
+function takes. `threads` steps the same copies of `solar-array` by one
 thread and by two, alternately, and takes the least wall time of each; the bits must agree. On a machine with other
 work the gain says little; what holds others back is `python_share`, of the processor time of a run. `dispersed` is the
 wall time of `simulate_many` on all cores, and that of a batch from its making to its last result. A step of `rods` is
@@ -34,15 +35,15 @@ KEYS = {"hinge 1.stiffness": 0.2, "hinge 2.stiffness": 0.1, "hinge 3.stiffness":
 MASS = {"panel 1.mass": 4.0}
 #: Values that are kept.
 KEPT = ("hinge 1.latch_time.last", "hinge 1.torque.max", "energy.last", "pivot 1.force.max")
-#: Compiled time loops.
-LOOPS = ("advance", "advance_many")
+#: Compiled time loops, and what starts them.
+LOOPS = ("advance", "advance_many", "begin", "begin_many", "restart", "restart_many", "count_open")
 
 
 class Loops:
     """Processor time that compiled functions take in all threads: those of some names, or all."""
 
     def __init__(self, names: Sequence[str] = ()) -> None:
-        self.spent, self._call, self._names = 0.0, jit._call, names
+        self.spent, self.compiled, self._call, self._names = 0.0, 0.0, jit._call, names
 
     def __enter__(self) -> Loops:
         def timed(compiled: Any, arguments: Any) -> Any:
@@ -50,8 +51,10 @@ class Loops:
             try:
                 return self._call(compiled, arguments)
             finally:
+                spent = time.thread_time() - began
+                self.compiled += spent
                 if not self._names or compiled.py_func.__name__ in self._names:
-                    self.spent += time.thread_time() - began
+                    self.spent += spent
 
         jit._call = timed
         return self
@@ -60,11 +63,17 @@ class Loops:
         jit._call = self._call
 
     def shares(self, count: int, work: Callable[[], object]) -> dict[str, float]:
-        """Milliseconds of each of so many runs: in the loops, and beyond them."""
-        self.spent, began = 0.0, time.process_time()
+        """Milliseconds of each of so many runs: in the loops, beyond them, and of that in Python."""
+        self.spent = self.compiled = 0.0
+        began = time.process_time()
         work()
         whole = time.process_time() - began
-        return {"solve_ms": 1e3 * self.spent / count, "beyond_ms": 1e3 * (whole - self.spent) / count}
+        python = 1e3 * (whole - self.compiled) / count
+        return {
+            "solve_ms": 1e3 * self.spent / count,
+            "beyond_ms": 1e3 * (whole - self.spent) / count,
+            "python_ms": python,
+        }
 
 
 def drawn(keys: dict[str, float], count: int) -> dict[str, np.ndarray]:
@@ -133,7 +142,7 @@ def two_threads(count: int, repeat: int = 3) -> dict[str, float]:
         with Loops() as loops:
             shares = loops.shares(count, batch.run)
         found[threads].append(time.perf_counter() - began)
-        spent[threads].append(1e-3 * count * sum(shares.values()))
+        spent[threads].append(1e-3 * count * (shares["solve_ms"] + shares["beyond_ms"]))
         states[threads] = batch.states.tobytes()
         batch.close()
     if states[1] != states[2]:
@@ -189,12 +198,13 @@ def main() -> int:
     parser.add_argument("--rods", type=int, default=4096)
     options = parser.parse_args()
     before = os.getloadavg()[0] if hasattr(os, "getloadavg") else 0.0
-    print(f"{'a run':42}{'solve, ms':>11}{'beyond, ms':>12}{'beyond/solve':>14}")
+    print(f"{'a run':42}{'solve, ms':>11}{'beyond, ms':>12}{'in Python, ms':>15}{'beyond/solve':>14}")
     rows = []
     for row in beyond(options.variants):
         rows.append(row)
         share = row["beyond_ms"] / row["solve_ms"]
-        print(f"{row['work']:42}{row['solve_ms']:11.3f}{row['beyond_ms']:12.3f}{share:14.3f}", flush=True)
+        times = f"{row['solve_ms']:11.3f}{row['beyond_ms']:12.3f}{row['python_ms']:15.3f}"
+        print(f"{row['work']:42}{times}{share:14.3f}", flush=True)
     result: dict[str, Any] = {"cores": cores(), "load_before": before, "beyond": rows}
     for name, found in (
         ("threads", two_threads(min(options.variants, 200))),

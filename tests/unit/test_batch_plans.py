@@ -112,7 +112,7 @@ def test_samples_of_the_run_before_are_not_seen(method: str) -> None:
     """Copies take other variants in turn, and keep the arrays of their samples, filled here with what no run has."""
     system = arm({"method": method, "every": 0.05})
     runs = ManyRuns(system, KEEP, {"until": 0.5, "every": 0.05, "method": method})
-    copies, _ = runs._own()
+    copies, *_ = runs._own()
     points = [{"hinge.stiffness": one} for one in VALUES]
     first = list(runs.kept(points, None))
     copies.blocks[:, copies.memory.filled :] = 255

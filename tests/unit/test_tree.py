@@ -47,6 +47,16 @@ def test_variables_of_a_part_are_made_when_one_is_asked_for(observed):
     assert observed == ["bob", "spring"]
 
 
+def test_groups_have_coordinates_before_the_root_is_made() -> None:
+    found, whole = run(), run()
+    assert whole.attrs["status"] == "success"
+    xr.testing.assert_identical(found["bob"]["position"], whole["bob"]["position"])
+    assert list(found["bob"].coords) == list(whole["bob"].coords)
+    assert isinstance(found, tree._Later)  # whose energies and attributes are not made yet
+    xr.testing.assert_identical(found.to_dataset().drop_attrs(), whole.to_dataset().drop_attrs())
+    assert list(found.coords) == list(whole.coords)
+
+
 def test_a_part_without_variables_is_an_empty_group() -> None:
     """A reel that no thread uses."""
     system = System()

@@ -92,7 +92,7 @@ class Batch:
         self._parameters = BatchParameters(varied, self._copies)
         self._results = BatchResults(self._copies, varied, self._parameters)
         self._held = dict[str, Array]()
-        self._place(np.arange(self.count))
+        self._waiting, self._is_seen = np.ones(self.count, dtype=bool), False
 
     def __len__(self) -> int:
         return self.count
@@ -134,11 +134,22 @@ class Batch:
         self._place(self._chosen(mask))
 
     def _place(self, which: Array) -> None:
-        """Put copies at the start, with what is their own; inputs are zero."""
-        self._copies.place(which, self._parameters.write)
-        for held in self._held.values():
-            held[:, which] = 0.0
-        self._results.refresh(which)
+        """Put copies at the start, with what is their own; inputs are zero. Until their memory is seen they wait."""
+        self._waiting[which] = True
+        if self._is_seen:
+            self._placed()
+
+    def _placed(self, *, seen: bool = False) -> Copies:
+        """The copies, none of which waits to be placed; `seen` where their memory is handed out."""
+        self._is_seen |= seen
+        which = np.flatnonzero(self._waiting)
+        if which.size:
+            self._waiting[:] = False
+            self._copies.place(which, self._parameters.write)
+            for held in self._held.values():
+                held[:, which] = 0.0
+            self._results.refresh(which)
+        return self._copies
 
     def _chosen(self, which: Any) -> Array:
         """Numbers of copies."""
@@ -180,7 +191,8 @@ class Batch:
 
     def _input(self, body: str) -> tuple[Array, Array]:
         """The forces and torques on a body, in the memory of the copies."""
-        values = self._copies.memory.values(self._copies.blocks, "model", "parameters")
+        copies = self._placed(seen=True)
+        values = copies.memory.values(copies.blocks, "model", "parameters")
         force, torque = load_slices(self.assembly, body)
         return values[:, force], values[:, torque]
 
@@ -225,29 +237,30 @@ class Batch:
         self._go_to(np.full(self.count, end), progress)
 
     def _go_to(self, ends: Array, progress: Callable[[int, int], None] | None) -> None:
-        moving = np.flatnonzero(self._copies.status == GOES_ON)
+        copies = self._placed()
+        moving = np.flatnonzero(copies.status == GOES_ON)
         late = moving[ends[moving] > self.until * (1.0 + 1e-12)]
         if late.size:
             raise InputError(
                 f"copy {late[0]} would go on to {ends[late[0]]:g} s, beyond the batch's end at {self.until:g} s"
             )
-        self._copies.go_to(moving, ends[moving], self._jumped(moving), progress)
+        copies.go_to(moving, ends[moving], self._jumped(moving), progress)
         self._results.refresh(moving)
 
     @property
     def time(self) -> Array:
         """(count,) float, s, times that the copies have reached."""
-        return self._copies.time.copy()
+        return self._placed().time.copy()
 
     @property
     def status(self) -> Array:
         """(count,) str, "running", "stopped by event" or "failed"."""
-        return np.array([STATUS[k] for k in self._copies.status.tolist()])
+        return np.array([STATUS[k] for k in self._placed().status.tolist()])
 
     @property
     def reasons(self) -> Mapping[int, str]:
         """Why copies have failed, by their number."""
-        return dict(self._copies.reasons)
+        return dict(self._placed().reasons)
 
     # ------------------------------------------------------------------------------------------------ results
 
@@ -268,19 +281,21 @@ class Batch:
         InputError
             As of `evolvent.Stepper.result`.
         """
+        self._placed(seen=True)
         return self._results.bind(name)
 
     @property
     def states(self) -> Array:
         """(count, ny) float, state vectors [q | v | accounts] now, in the memory of the copies; to be read."""
-        found = self._copies.memory.values(self._copies.blocks, "work", "y")
+        copies = self._placed(seen=True)
+        found = copies.memory.values(copies.blocks, "work", "y")
         found.flags.writeable = False
         return found
 
     def events(self, copy: int) -> list[tuple[float, str, str]]:
         """Events of a copy in order of time: time (s), name of the part, and what happened, such as "latched"."""
         (k,) = self._chosen([copy])
-        times, kinds = self._copies.events(int(k))
+        times, kinds = self._placed().events(int(k))
         names = {place: name for name, place in reversed(self.assembly.names.items())}
         return [(time, names.get(place, ""), what) for time, place, what in ordered(self.assembly.model, times, kinds)]
 

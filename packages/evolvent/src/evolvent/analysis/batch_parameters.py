@@ -214,7 +214,8 @@ class BatchParameters:
             for place, values in ({} if inertias is None else inertias).items():
                 self._field(place, self._rows)[copies] = values
                 touched.add(place[0])
-            for k, model in self._models(copies):
+            derives = varied.has_derived(found, inertia=inertias is None)
+            for k, model in self._models(copies) if derives else ():
                 for name in varied.derive(found, model, inertia=inertias is None):
                     self._set("model", name, k, getattr(model, name))
                     touched.add(name)

@@ -15,6 +15,7 @@ import xarray as xr
 from evolvent.analysis import runs
 from evolvent.analysis.batch_parameters import BatchParameters
 from evolvent.analysis.closure import check_energy_gain
+from evolvent.analysis.copied_results import CopiedResults
 from evolvent.analysis.copied_runs import copies_of, prepared
 from evolvent.analysis.methods import choose_method
 from evolvent.analysis.settings import check_run, sample_times
@@ -24,7 +25,7 @@ from evolvent.analysis.varied_run import VariedRun
 from evolvent.assembly import families
 from evolvent.assembly.variants import Variants
 from evolvent.results.fine_samples import Times
-from evolvent.results.kept import Kept, is_of_samples, kept_of
+from evolvent.results.kept import Kept, is_balance, is_of_part, is_of_samples, kept_of
 from evolvent.results.tree import root_of
 from evolvent.solvers.common.sizes import energy_floor, round_off_energy, sizes
 from evolvent.solvers.time.copies import GOES_ON, HAS_FAILED, Copies
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
 
 Array = np.ndarray
 #: Copies that a thread has, at most, and bytes that they may take.
-MOST, MOST_BYTES = 16, 50_000_000
+MOST, MOST_BYTES = 64, 50_000_000
 
 
 class ManyRuns:
@@ -60,6 +61,7 @@ class ManyRuns:
         self.keep, options = list(keep), dict(settings)
         own, variants = system.copy(), Variants()
         assembly = own.assemble(variants)
+        self._reads_statistics = not all(is_of_part(assembly, name) or is_balance(assembly, name) for name in keep)
         method, self.why = choose_method(assembly, options.pop("method", "auto"))
         if "stability_limit" in keep:
             raise InputError("runs that state what their step follows from are made one by one")
@@ -90,19 +92,25 @@ class ManyRuns:
 
     def expect(self, points: Sequence[Mapping[str, Any]]) -> None:
         """Find what follows from the keys of all points at once, by their least and largest values."""
+        others = set[str]()
         for key in dict.fromkeys(key for point in points for key in point):
             with contextlib.suppress(InputError):  # of a point, which is then made by itself
-                self.varied.places(key, [point[key] for point in points if key in point])
+                if not self.varied.places(key, [point[key] for point in points if key in point]):
+                    others.add(key)
+        if others:
+            self.varied.together([{key: value for key, value in point.items() if key in others} for point in points])
 
     def kept(self, points: Sequence[Mapping[str, Any]], check: Callable[[float], None] | None) -> Iterator[Kept | None]:
         """What is kept of variants, in order; None where a variant must be made by itself.
+
+        The attributes of what is kept have statistics where one of these is kept.
 
         Parameters
         ----------
         points : values, as of `evolvent.System.with_values`
         check : called from time to time with the time reached; what it raises ends the runs
         """
-        copies, parameters = self._own()
+        copies, parameters, results = self._own()
         for first in range(0, len(points), copies.count):
             some = points[first : first + copies.count]
             refused = parameters.assign(some)
@@ -110,34 +118,48 @@ class ManyRuns:
             copies.check = check
             copies.place(which, parameters.write)
             copies.run_to_end(which)
+            closed = copies.closes(which)
+            together, closing = results.of(which[closed]), {*which[closed].tolist()}
             for k in range(len(some)):
-                yield None if k in refused else self._kept_of(copies, parameters, k)
+                own = None if k in refused else together.get(k)
+                yield own if k in refused or own else self._kept_of(copies, parameters, k, closes=k in closing)
 
-    def _own(self) -> tuple[Copies, BatchParameters]:
-        """Copies of this thread, and what they have of their own."""
+    def _own(self) -> tuple[Copies, BatchParameters, CopiedResults]:
+        """Copies of this thread, what they have of their own, and what is kept of them."""
         if not hasattr(self._threads, "own"):
             size = copies_of(self.run, 1, 1).memory.size
             copies = copies_of(self.run, max(1, min(MOST, MOST_BYTES // size)), 1)
-            self._threads.own = copies, BatchParameters(self.varied, copies)
-        found: tuple[Copies, BatchParameters] = self._threads.own
+            parameters = BatchParameters(self.varied, copies)
+            results = CopiedResults(copies, self.varied, parameters, self.keep, self.why, self._shared)
+            self._threads.own = copies, parameters, results
+        found: tuple[Copies, BatchParameters, CopiedResults] = self._threads.own
         return found
 
-    def _kept_of(self, copies: Copies, parameters: BatchParameters, k: int) -> Kept | None:
-        """What is kept of the run of a copy that has ended; None where it is refused, which its own run states."""
-        solution = self._solution(copies, parameters, k)
+    def _kept_of(self, copies: Copies, parameters: BatchParameters, k: int, *, closes: bool) -> Kept | None:
+        """What is kept of the run of a copy that has ended; None where it is refused, which its own run states.
+
+        Its energy balance surely `closes` without round-off, which then counts in statistics alone.
+        """
+        alone = closes and not self._reads_statistics
+        solution = self._solution(copies, parameters, k, (0.0, 0.0) if alone else None)
         fine = self.times.is_fine(solution.t)
         try:
             found = kept_of(solution, self.keep, lambda: root_of(solution, {}), fine=fine, why=self.why)
         except InputError:
             return None
-        return dataclasses.replace(
-            found, variables={k: _copy(one) if one.ndim else one for k, one in found.variables.items()}
-        )
+        attrs = {**found.attrs, "statistics": {}} if alone else found.attrs
+        variables = {k: _copy(one) if one.ndim else one for k, one in found.variables.items()}
+        return dataclasses.replace(found, attrs=attrs, variables=variables)
 
-    def _solution(self, copies: Copies, parameters: BatchParameters, k: int) -> Solution:
-        """The motion of a copy."""
+    def _solution(
+        self, copies: Copies, parameters: BatchParameters, k: int, round_offs: tuple[float, float] | None
+    ) -> Solution:  # fmt: skip
+        """The motion of a copy, with round-off of its energies where that is given."""
+        copies.round_offs = round_offs
         one, status = copies.of(k), int(copies.status[k])
-        if k not in parameters.planned:  # then these are those of the run as well
+        if round_offs is not None:
+            one.round_offs = round_offs
+        elif k not in parameters.planned:  # then these are those of the run as well
             one.round_offs = self._round_offs
         one.assembly = dataclasses.replace(one.assembly, parts=dict(parameters.parts(k)), shared=self._shared)
         ending = FINISHED if status == GOES_ON else one.stopped()

@@ -114,15 +114,14 @@ def solve(
 
 
 def simulate(
-    assembly: Assembly, *, case: str, title: str = "", keep_states: bool = False,
+    assembly: Assembly, *, case: str | Callable[[], str], title: str = "", keep_states: bool = False,
     judge: Callable[[Solution], Mapping[str, str]] | None = None, **settings: Any,
 ) -> xr.DataTree:  # fmt: skip
     """Run an assembled system.
 
     Parameters
     ----------
-    case : str, as YAML
-    title, keep_states : as of `tree`
+    case, title, keep_states : as of `tree`
     judge : returns more attributes of the results of a solution
     settings : as of `solve`
 
@@ -133,8 +132,9 @@ def simulate(
     """
     solution, why, times = solve(assembly, **settings)
     found = tree(solution, case=case, why=why, title=title, root=times.mark(solution.t), keep_states=keep_states)
-    if judge is not None:
-        found.attrs.update(judge(solution))
+    judged = {} if judge is None else judge(solution)
+    if judged:  # else the root waits until it is asked for
+        found.attrs.update(judged)
     if solution.status == "failed":
         raise RunFailed(solution.message, found)
     return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Self, overload
 
@@ -239,7 +240,7 @@ class System(Composition, Answered):
                 return simulation.kept(self, keep, listener, settings)
             assembly = self.assemble()
             return runs.simulate(
-                assembly, case=self._case(settings), title=self.title, progress=listener,
+                assembly, case=functools.partial(self.copy()._case, settings), title=self.title, progress=listener,
                 keep_states="margin" in self.sections, judge=self._judge(assembly), **settings,
             )  # fmt: skip
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import datetime
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 import lazy_loader as lazy
@@ -78,7 +78,7 @@ def at_start(assembly: Assembly, method: str, t: float = 0.0) -> Solution:
 def tree(
     solution: Solution,
     *,
-    case: str,
+    case: str | Callable[[], str],
     why: str,
     system: str = "structure",
     title: str = "",
@@ -90,7 +90,7 @@ def tree(
 
     Parameters
     ----------
-    case : str, as YAML
+    case : str, as YAML, or a function that returns it, which is called when the root is asked for
     why : str, why the method was taken
     system : str, its name
     title : str, what it is; after the system's name if left out
@@ -102,12 +102,13 @@ def tree(
     files = cases.files_of_case(solution.assembly.parts) if case else {}
 
     def attributes() -> dict[str, Any]:
-        found = _attributes(solution, case=case, system=system, date=now) | {"method_reason": why}
+        text = case if isinstance(case, str) else case()
+        found = _attributes(solution, case=text, system=system, date=now) | {"method_reason": why}
         optional = {
             "title": title,
             "warning": warning_of(solution) if warning is None else warning,
             "latches": latches_of(solution),
-            cases.FILES: json.dumps(files) if files else "",
+            cases.FILES: json.dumps(files) if files and text else "",
             EVENTS: written_events(solution),
             start_state.ATTRIBUTE: start_state.end_of(solution),
         }

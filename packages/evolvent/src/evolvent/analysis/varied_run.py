@@ -247,9 +247,9 @@ class VariedRun:
         """Write what follows from one of many points into a model that has its fields; returns the arrays of that."""
         return self._variants.derive(found.changes, model, inertia=inertia)
 
-    def has_derived(self, found: Together) -> bool:
-        """Whether more follows from points than the fields that they have."""
-        return self._variants.has_derived(found.changes)
+    def has_derived(self, found: Together, *, inertia: bool = True) -> bool:
+        """Whether more follows from points than the fields that they have, and their inertia if that is asked for."""
+        return self._variants.has_derived(found.changes, inertia=inertia)
 
     def written(self, changes: Changes, scratch: Any) -> frozenset[str]:
         """Write changes into a copy of the run's model; returns the arrays in which it may differ then."""

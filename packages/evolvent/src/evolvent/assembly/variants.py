@@ -231,10 +231,13 @@ class Variants:
             found |= inertias_of(family, rows, model)
         return found
 
-    def has_derived(self, changes: Changes) -> bool:
-        """Whether more of a model follows from the records that changes are of (`derive`)."""
-        assert self._base is not None
-        return changes.gravity is not None or _has_inertial(self._base, changes)
+    def has_derived(self, changes: Changes, *, inertia: bool = True) -> bool:
+        """Whether more of a model follows from the records that changes are of; `inertia` as of `derive`."""
+        base = self._base
+        assert base is not None
+        if changes.gravity is not None or not _has_inertial(base, changes):
+            return changes.gravity is not None
+        return inertia or _has_points(base.assembly.model) or bool(np.any(base.gravity))
 
     def assemble(self, gravity: Array, parts: Mapping[str, Any]) -> Assembly:
         """Assemble parts by name whole.
@@ -384,6 +387,11 @@ def _has_inertial(base: _Base, changes: Changes) -> bool:
     return any(_has_inertia(change, base.assembly.model.blocks) for change in changes.records)
 
 
+def _has_points(model: Model) -> bool:
+    """Whether rows of constraints act on points, whose masses they know."""
+    return bool(np.any(model.row_sides["point"] >= 0))
+
+
 def _are_allowed(base: _Base, changes: Changes) -> bool:
     """Whether no other parts or tables of the model follow from changes."""
     old = base.assembly
@@ -414,7 +422,7 @@ def _derive(base: _Base, changes: Changes, model: Model, *, inertia: bool = True
         touched |= {"blocks"} if inertia else set()
         for name in {change.family for change in changes.records} if inertia else ():
             note_inertia(name, {change.row for change in changes.records if change.family == name}, model)
-        if np.any(model.row_sides["point"] >= 0):
+        if _has_points(model):
             touched |= {"row_sides", "row_pairs"}
             note_masses(model)
     gravity = base.gravity if changes.gravity is None else changes.gravity

@@ -5,7 +5,7 @@ from __future__ import annotations
 from numba import types, void
 
 from evolvent.compiled.jit import INTEGERS, MATRIX, REAL, VECTOR, indirect, inlined
-from evolvent.compiled.pointer import number_at
+from evolvent.compiled.pointer import number_at, put_number_at
 from evolvent.equations.inventory import inventory
 from evolvent.equations.rhs import rhs, set_state
 from evolvent.kernels import rigid
@@ -111,13 +111,44 @@ def evaluate_samples(times, Y, S, LA, factors, model, fields, out):
     """
     for n in range(times.size):
         evaluate(n, times, Y[n], S[n], LA[n], factors[n], model)
-        at = 0
-        for i in range(fields.shape[0]):
-            for k in range(fields[i, 2]):
-                first = fields[i, 0] + k * fields[i, 1]
-                for c in range(fields[i, 3]):
-                    out[n, at + c] = number_at(first + 8 * c)
-                at += fields[i, 3]
+        _keep_fields(fields, out[n])
+
+
+@inlined
+def _keep_fields(fields, out):
+    """Keep fields of records in a row: see `evaluate_samples`."""
+    at = 0
+    for i in range(fields.shape[0]):
+        for k in range(fields[i, 2]):
+            first = fields[i, 0] + k * fields[i, 1]
+            for c in range(fields[i, 3]):
+                out[at + c] = number_at(first + 8 * c)
+            at += fields[i, 3]
+
+
+@indirect(
+    void(INTEGERS, types.int64, VECTOR, MATRIX, _INTEGERS_2D, MATRIX, VECTOR, _INTEGERS_2D, MODEL, _INTEGERS_2D, MATRIX)
+)
+def evaluate_samples_of_copies(which, size, times, Y, S, LA, factors, moves, model, fields, out):
+    """Evaluate samples of copies, one copy after the other, as `evaluate_samples` does those of a model.
+
+    Parameters
+    ----------
+    which : (k,) int, numbers of the copies; size : int, bytes from copy to copy
+    times : (m,) float, s, the same of all copies
+    Y, S, LA, factors : (k m, ...), states, switches, multipliers and load factors, copy by copy
+    moves : (n, 3) int, address in `model`, address in copy 0, and words of what a model that is evaluated takes over
+    fields, out : as of `evaluate_samples`, of all copies: (k m, n) float
+    """
+    for k in range(which.size):
+        for i in range(moves.shape[0]):
+            to, of = moves[i, 0], moves[i, 1] + size * which[k]
+            for w in range(moves[i, 2]):
+                put_number_at(to + 8 * w, number_at(of + 8 * w))
+        for n in range(times.size):
+            row = k * times.size + n
+            evaluate(n, times, Y[row], S[row], LA[row], factors[row], model)
+            _keep_fields(fields, out[row])
 
 
 @indirect(void(VECTOR, MATRIX, _INTEGERS_2D, MODEL, MATRIX))

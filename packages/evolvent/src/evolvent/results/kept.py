@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
+from evolvent.model.family import EXTREMES
 from evolvent.model.registry import families
 from evolvent.parts.base import Part
 from evolvent.results import variables
@@ -182,14 +183,14 @@ def reduced(values: xr.Variable, reduction: str, name: str, t: np.ndarray) -> xr
         As of `reduce`.
     """
     ordered = values.transpose("time", ...)
-    own = _reduced(ordered.values, ordered.attrs, reduction, name, t, variables.extremes_of(values))
+    own = reduced_values(ordered.values, ordered.attrs, reduction, name, t, variables.extremes_of(values))
     return variables.without_extremes(xr.Variable(ordered.dims[1:], *own))
 
 
-def _reduced(
+def reduced_values(
     values: np.ndarray, attrs: Mapping[Any, Any], reduction: str, name: str, t: np.ndarray, extremes: np.ndarray | None
 ) -> tuple[Any, dict[Any, Any]]:
-    """Values (nt, ...) over time in one, and its attributes: see `reduced`."""
+    """Values (nt, ...) over time in one, and its attributes: as of `reduced`."""
     try:
         found = reduce(values, t, reduction, extremes)
     except InputError as error:
@@ -255,13 +256,18 @@ def _has(run: xr.Dataset | xr.DataTree, name: str) -> bool:
 
 def is_local(assembly: Assembly, keep: Sequence[str]) -> bool:
     """Whether values of all names at a sample depend on that sample and the first one alone."""
-    others = {variables.owner(name) for name in keep if not _is_balance(assembly, split(name)[0])}
+    others = {variables.owner(name) for name in keep if not is_balance(assembly, name)}
     return all(_is_local(assembly, part) for part in others)
 
 
-def _is_balance(assembly: Assembly, name: str) -> bool:
-    """Whether a variable is an energy, work or momentum of the run at a sample."""
-    own = re.split(r"[.\[]", name)[0]
+def is_of_part(assembly: Assembly, name: str) -> bool:
+    """Whether what is kept under a name is a variable of a part."""
+    return variables.owner(name) in assembly.parts
+
+
+def is_balance(assembly: Assembly, name: str) -> bool:
+    """Whether what is kept under a name is an energy, work or momentum of the run at a sample."""
+    own = re.split(r"[.\[]", split(name)[0])[0]
     return own in OF_A_SAMPLE and own not in assembly.parts
 
 
@@ -293,7 +299,7 @@ def is_of_samples(assembly: Assembly, keep: Sequence[str]) -> bool:
 
 def kept_of(
     solution: Solution, keep: Sequence[str], root: Callable[[], xr.Dataset], *, fine: np.ndarray, why: str,
-    warning: str = "",
+    warning: str = "", view_of: Callable[..., View] = View,
 ) -> Kept:  # fmt: skip
     """What is kept of a solution, at the samples that all runs of a case have; nothing of a run that has failed.
 
@@ -305,6 +311,7 @@ def kept_of(
     fine : (nt,) bool, samples that other runs of the case may not have
     why : str, why the method was taken
     warning : str, what the run warns of
+    view_of : class of the view that parts are read by
     """
     attrs = {
         "status": solution.status, "message": solution.message, "warning": warning, "method": solution.method,
@@ -326,7 +333,7 @@ def kept_of(
             solution = solution.chosen(samples)
             samples = np.arange(samples.size)
     families_read = {assembly.names[name][0] for name in owners if _is_of_family(assembly, name)}
-    view = View(solution, joints=bool(of_reactions) or not local, families=families_read)
+    view = view_of(solution, joints=bool(of_reactions) or not local, families=families_read)
     roots, chosen = functools.cache(root), solution
     sums = functools.cache(lambda: balances_of(chosen))
     seen: dict[str, Observed] = {}
@@ -336,7 +343,7 @@ def kept_of(
         name, reduction = split(wanted)
         if variables.owner(name) in assembly.parts:
             own = _of_part(view, name, reduction, seen, samples)
-        elif _is_balance(assembly, name):
+        elif is_balance(assembly, wanted):
             own = _chosen(_of_balance(sums(), view.t, name), name, reduction, samples, view.t)
         else:
             own = _chosen(_of_root(roots(), statistics, name), name, reduction, samples, view.t)
@@ -399,8 +406,10 @@ def _of_part(view: View, name: str, reduction: str, seen: dict[str, Observed], s
     text = f"{name}: {found.long_name}" if found.long_name else name
     attrs = {"units": found.units, "long_name": text}
     if timed and reduction:
-        values, attrs = _reduced(values, attrs, reduction, name, t, found.extremes)
+        values, attrs = reduced_values(values, attrs, reduction, name, t, found.extremes)
         dims = dims[1:]
+    elif timed and view.is_of_copies and found.extremes is not None:
+        attrs[EXTREMES] = found.extremes.tolist()
     new = {dim: _dimension(part, dim) for dim in dims}
     along = {}
     for dim in dims:

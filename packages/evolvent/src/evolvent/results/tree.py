@@ -83,7 +83,7 @@ def tree_of(
         found.attrs = attrs() | {"variables": results.variables_of(found), "parts": json.dumps(names)}
         return found
 
-    tree = _Later.of(make_root)
+    tree = _Later.of(make_root, lambda: xr.Dataset(coords=_along(solution, balances=balances)))
     _attach(tree, {name: _Later.of(functools.partial(_group, solution, name)) for name in names})
     return tree
 
@@ -93,6 +93,8 @@ _DATA = (
     "_data_variables", "_node_coord_variables", "_node_dims", "_node_indexes", "_encoding", "_attrs", "_close",
 )  # fmt: skip
 #: Whether xarray's class is as `_Later` needs it; if not, groups are made at once.
+#: Those of them that groups ask for, which inherit coordinates.
+_INHERITED = "_node_coord_variables", "_node_indexes"
 _CAN_WAIT = set(_DATA) < set(xr.DataTree.__slots__) and hasattr(xr.DataTree(), "__dict__")
 
 
@@ -109,20 +111,28 @@ class _Later(xr.DataTree):
         self.__class__ = xr.DataTree  # type: ignore[assignment]  # xarray makes new nodes of the class of an old one
 
     @classmethod
-    def of(cls, make: Callable[[], xr.Dataset]) -> xr.DataTree:
-        """A node without a parent, whose data set `make` returns."""
+    def of(
+        cls, make: Callable[[], xr.Dataset], coordinates: Callable[[], xr.Dataset] | None = None
+    ) -> xr.DataTree:  # fmt: skip
+        """A node without a parent, whose data set `make` returns; its groups ask for its `coordinates` alone."""
         if not _CAN_WAIT:
             return xr.DataTree(make())
         node = cls.__new__(cls)
         node._name = node._parent = None
         node._children, node._cache = {}, {}
-        node.__dict__["make"] = make
+        node.__dict__["make"], node.__dict__["coordinates"] = make, coordinates
         return node
 
     def __getattr__(self, name: str) -> Any:
         if name not in _DATA:
             return super().__getattr__(name)
-        self._fill()
+        coordinates = self.__dict__.get("coordinates") if name in _INHERITED else None
+        if coordinates is None:
+            self._fill()
+        else:
+            made = xr.DataTree(coordinates())
+            for slot in _INHERITED:
+                setattr(self, slot, getattr(made, slot))
         return getattr(self, name)
 
     def __reduce_ex__(self, protocol: Any) -> Any:
@@ -139,6 +149,7 @@ class _Later(xr.DataTree):
             setattr(self, slot, getattr(made, slot))
         self.__class__ = xr.DataTree  # type: ignore[assignment]
         self.__dict__.pop("make", None)
+        self.__dict__.pop("coordinates", None)
 
 
 def _attach(tree: xr.DataTree, groups: dict[str, xr.DataTree]) -> None:
@@ -184,12 +195,21 @@ def _group(solution: Solution, name: str) -> xr.Dataset:
 
 def root_of(solution: Solution, more: dict[str, Any], *, balances: bool = True) -> xr.Dataset:
     """Times, energy balance and momenta."""
-    time = ("time",)
     data = balances_of(solution) if balances else {}
     for name, (dims, values, unit, text) in more.items():
         data[name] = xr.Variable(dims, values, {"units": unit, "long_name": text})
-    times = xr.Variable(time, solution.t, {"units": "s", "long_name": "time"})
-    return xr.Dataset(data, {"time": times, "axis": ("axis", list(AXES))})
+    along = _along(solution, balances=balances)
+    return xr.Dataset(data, {name: one for name, one in along.items() if name not in data})
+
+
+def _along(solution: Solution, *, balances: bool) -> dict[str, Any]:
+    """Coordinates of the root."""
+    times = xr.Variable(("time",), solution.t, {"units": "s", "long_name": "time"})
+    return ({"cause": _causes()} if balances else {}) | {"time": times, "axis": ("axis", list(AXES))}
+
+
+def _causes() -> xr.Variable:
+    return xr.Variable(("cause",), list(CAUSES), {"units": "1", "long_name": "what dissipates energy"})
 
 
 def balances_of(solution: Solution) -> dict[str, xr.Variable]:
@@ -207,7 +227,7 @@ def balances_of(solution: Solution) -> dict[str, xr.Variable]:
     losses = np.stack([np.asarray(balance[name], dtype=float) for name in eb.LOSSES], axis=1)
     text = "energy dissipated since the start, by cause"
     data["energy_losses"] = xr.Variable((*time, "cause"), losses, {"units": "J", "long_name": text})
-    data["cause"] = xr.Variable(("cause",), list(CAUSES), {"units": "1", "long_name": "what dissipates energy"})
+    data["cause"] = _causes()
     data["energy_defect"] = energy(
         solution.energy_defect,
         "energy minus that at the start and the work, plus the losses; negative: dissipated by the method",

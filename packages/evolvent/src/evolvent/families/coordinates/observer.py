@@ -80,10 +80,11 @@ def observe_coordinate(view: View, name: str) -> Observed:
         add_fields(view, found, "coordinates", index, row, "rubs")
         found.scalar("friction_work", since(view, account + BY_FRICTION), "J", "energy that friction has dissipated")
     found.scalar("latched", view.s[:, int(row["switch"]) + 1], "1", "1 once the latch has locked")
-    when = latch_time(view, index)
-    found.scalar("latch_time", np.full(view.t.size, when), "s", "time at which the latch has locked")
+    if view.wants("latch_time"):
+        when = np.full(view.t.size, latch_time(view, index))
+        found.scalar("latch_time", when, "s", "time at which the latch has locked")
     if math.isfinite(row["latch"]):
-        _observe_latch(view, index, math.isfinite(when), found)
+        _observe_latch(view, index, found)
     if row["kind"] == axial.TRAVEL:
         on_first, _ = view.on_body(int(row["body"]), row["zero"])
         ends = np.stack([on_first, view.fields["coordinates"]["u"][:, index]], axis=1)
@@ -99,18 +100,19 @@ def observe_coordinate(view: View, name: str) -> Observed:
     return found
 
 
-def _observe_latch(view: View, index: int, caught: bool, found: Observed) -> None:
+def _observe_latch(view: View, index: int, found: Observed) -> None:
     """Torque or force of a latch, its peak, and the energy that it dissipates."""
     row = view.model.coordinates[index]
     add_fields(view, found, "coordinates", index, row, "latch_torque")
-    if view.wants(peak := worded(row, "latch_torque_peak")):
+    if view.wants(peak := worded(row, "latch_torque_peak"), "latch_rate"):
+        caught = math.isfinite(latch_time(view, index))
         over = view.fields["coordinates"].extremes_of("latch_torque", index)
         largest = float(np.abs(over).max()) if caught and over is not None else math.nan
         text = worded(row, "largest absolute torque in the latch over all steps")
         found.scalar(peak, np.full(view.t.size, largest), worded(row, "N m"), text)
-    rate = np.full(view.t.size, float(row["caught"]) if caught else math.nan)
-    text = worded(row, "rate of the angle at the time of latching")
-    found.scalar("latch_rate", rate, worded(row, "rad s-1"), text)
+        rate = np.full(view.t.size, float(row["caught"]) if caught else math.nan)
+        text = worded(row, "rate of the angle at the time of latching")
+        found.scalar("latch_rate", rate, worded(row, "rad s-1"), text)
     taken = since(view, int(row["account"]) + BY_LATCH)
     found.scalar("latch_work", taken, "J", "energy that the latch has dissipated since it locked")
 

@@ -64,7 +64,7 @@ class FamilyFields(dict[str, Array]):
     Parameters
     ----------
     noted : tuple of str, fields whose extremes over all steps the records hold
-    extremes : (n, 2 m) float, the least and the largest value of each of them in turn
+    extremes : (n, 2 m) float, the least and the largest value of each of them in turn; (n, 2 m, k) of k copies
     """
 
     def __init__(self, values: Mapping[str, Array], noted: tuple[str, ...] = (), extremes: Array | None = None) -> None:
@@ -72,15 +72,16 @@ class FamilyFields(dict[str, Array]):
         self._noted, self._extremes = noted, extremes
 
     def extremes_of(self, field: str, index: Any) -> Array | None:
-        """Least and largest value of a field of a record, (2,), or of several, (2, m).
+        """Least and largest value of a field of a record, (2,), or of several, (2, m); of k copies (2, k), (2, m, k).
 
         None where they are not known, as without a time loop.
         """
         if self._extremes is None or field not in self._noted:
             return None
         at = 2 * self._noted.index(field)
-        found = self._extremes[index, at : at + 2].T
-        return np.array(found) if np.isfinite(found).all() else None
+        found = self._extremes[index, at : at + 2]
+        pair = found.ndim - self._extremes.ndim + 1
+        return np.moveaxis(found, pair, 0).copy() if np.isfinite(found).all() else None
 
 
 @dataclasses.dataclass

@@ -74,14 +74,15 @@ class Fields(dict[str, FamilyFields]):
     ----------
     evaluated : returns values (nt, n), of `evaluate_samples`, and their layout, for the family that is asked for
     kept : returns what stands in the place of some of those of a family, by field
-    model : with the extremes over all steps of some fields
+    noted : returns the extremes over all steps of the fields of a family that notes some, as of `FamilyFields`
     """
 
     def __init__(
-        self, evaluated: Callable[[str], tuple[Array, _Layout]], kept: Callable[[str], Mapping[str, Array]], model: Any
+        self, evaluated: Callable[[str], tuple[Array, _Layout]], kept: Callable[[str], Mapping[str, Array]],
+        noted: Callable[[str], Array],
     ) -> None:  # fmt: skip
         super().__init__()
-        self._evaluated, self._kept, self._model = evaluated, kept, model
+        self._evaluated, self._kept, self._noted = evaluated, kept, noted
 
     def __missing__(self, family: str) -> FamilyFields:
         values, layout = self._evaluated(family)
@@ -91,8 +92,7 @@ class Fields(dict[str, FamilyFields]):
         found = {field: values[:, at : at + math.prod(shape)].reshape(nt, *shape) for field, at, shape in places}
         found |= self._kept(family)
         noted = registry.families()[family].samples.extremes
-        extremes = families.records(self._model, family)[EXTREMES] if noted else None
-        self[family] = FamilyFields(found, noted, extremes)
+        self[family] = FamilyFields(found, noted, self._noted(family) if noted else None)
         return self[family]
 
 
@@ -138,6 +138,7 @@ class View:
     ----------
     solution : Solution
     assembly, model, t, y, s : of the solution
+    is_of_copies : bool, whether the samples are those of copies of a run, one copy after the other
     explicit : bool, whether an explicit method made it
     wanted : set of str, variables that are asked for, beside which others may be left out; None: all
 
@@ -146,6 +147,8 @@ class View:
     joints : bool, whether anything of joints is read; without that they are not evaluated
     families : names of those whose fields are read; those of others are evaluated only if one is read in spite of it
     """
+
+    is_of_copies = False
 
     def __init__(self, solution: Solution, *, joints: bool = True, families: Collection[str] | None = None) -> None:
         self.solution, self.assembly, self.model = solution, solution.assembly, solution.assembly.model
@@ -200,14 +203,17 @@ class View:
     def fields(self) -> Fields:
         """Fields of records that are results (`model.RESULTS`) at the samples, by family: (nt, n, ...) each."""
         evaluated = functools.cache(self._evaluated)
-        model = self.solution.assembly.model
-        return Fields(lambda family: evaluated(family in self._families), self._kept_fields, model)
+        return Fields(lambda family: evaluated(family in self._families), self._kept_fields, self._extremes)
+
+    def _extremes(self, family: str) -> Array:
+        """Extremes over all steps of the fields of which a family notes them: as of `FamilyFields`."""
+        found: Array = families.records(self.solution.assembly.model, family)[EXTREMES]
+        return found
 
     def _evaluated(self, of_some: bool) -> tuple[Array, _Layout]:
         """Fields at the samples, of the families that are read or of all, and where they stand."""
         la = np.ascontiguousarray(self.solution.la) if self._joints else np.zeros((self.t.size, 0))
         model = self._model_apart()  # after reactions are evaluated
-        needs.load(model, evaluate_samples)
         rows = {
             family: families.records(model, family) for family in _results() if not of_some or family in self._families
         }
@@ -217,8 +223,15 @@ class View:
         table[:, 0] += firsts[layout.family]
         factors, s = np.resize(self.load_factor, self.t.size), np.ascontiguousarray(self.s)
         values = np.empty((self.t.size, int(table[:, 2] @ table[:, 3])))
-        evaluate_samples(self.t, self.y, s, la, factors, model, table, values)
+        self._evaluate(s, la, factors, model, (layout, table), values)
         return values, layout
+
+    def _evaluate(
+        self, s: Array, la: Array, factors: Array, model: Any, fields: tuple[_Layout, Array], values: Array
+    ) -> None:  # fmt: skip
+        """Evaluate the samples by a model that may be written to, as `evaluate_samples` does."""
+        needs.load(model, evaluate_samples)
+        evaluate_samples(self.t, self.y, s, la, factors, model, fields[1], values)
 
     def reactions(self, bodies: Array) -> Array | None:
         """Forces and moments (nt, k, 6) that hold bodies (k,) which stand still, N and N m, inertial axes.

@@ -132,15 +132,20 @@ begin_extremes, extend_extremes = inlined(begin), inlined(extend)
 
 def moved_over(balance: Any) -> np.ndarray:
     """Energy moved from the first sample to each: (nt,) float, J; see `moved`. Samples of NaN move nothing."""
-    found = _moved(columns(balance), np.fmax.accumulate, np.fmin.accumulate)
+    found = _moved(columns(balance), _along(np.fmax.accumulate), _along(np.fmin.accumulate))
     return np.asarray(np.nan_to_num(found, nan=0.0, posinf=math.inf))
 
 
 def _moved(of: SimpleNamespace, high: Callable[[Any], Any], low: Callable[[Any], Any]) -> Any:
     """Energy moved, J, of columns over time, by the largest and the least values of a column, up to each or of all."""
-    since = SimpleNamespace(**{name: getattr(of, name) - getattr(of, name)[:1] for name in (*WORK, *LOSSES)})
+    since = SimpleNamespace(**{name: getattr(of, name) - getattr(of, name)[..., :1] for name in (*WORK, *LOSSES)})
     swings = [high(values) - low(values) for values in (of.kinetic, potential(of))]
     return np.maximum.reduce([*swings, high(worked(since)), high(lost(since)), SPIN * high(of.kinetic)])
+
+
+def _along(act: Callable[..., Any]) -> Callable[[Any], Any]:
+    """A function of NumPy that acts over time, the last axis."""
+    return functools.partial(act, axis=-1)
 
 
 def columns(balance: Any) -> SimpleNamespace:
@@ -255,21 +260,42 @@ def closure(
     moved : float, J, energy that was moved as a loop saw it, between samples too
     unresolved, damps, floor : as of `Closure`
     """
-    balance = columns(balance)
-    found = defect(balance, 0.0)
-    if not damps and not np.all(np.isfinite(found)):  # samples of other methods may have no balance
+    found = swings(columns(balance))
+    if not damps and not found.finite:  # samples of other methods may have no balance
         return Closure(moved, math.inf, math.inf, math.inf, unresolved, damps)
-    high = functools.partial(np.fmax.reduce, initial=0.0)  # of numbers, in the place of those that are NaN
-    rise = float(high(found - np.fmin.accumulate(found)))
-    fall = float(high(np.fmax.accumulate(found) - found))
-    most = max(float(high(np.abs(values))) for values in (balance.kinetic, potential(balance)))
-    net = float(high(found - found[:1]))
-    return Closure(max(moved, _moved_at_end(balance)), rise, fall, most, unresolved, damps, net, floor)
+    rise, fall, most, net = (float(one) for one in (found.rise, found.fall, found.most, found.net))
+    return Closure(max(moved, float(found.moved)), rise, fall, most, unresolved, damps, net, floor)
 
 
-def _moved_at_end(of: SimpleNamespace) -> float:
-    """The last of `moved_over`, which is the largest, J; 0 without samples."""
-    if not of.kinetic.size:
-        return 0.0
-    found = _moved(of, np.fmax.reduce, np.fmin.reduce)
-    return 0.0 if math.isnan(found) else max(float(found), 0.0)
+class Swings(NamedTuple):
+    """What follows from the balances of runs over time, of each run (see `Closure`).
+
+    Attributes
+    ----------
+    moved, rise, fall, most, net : (...) float, J, energy moved, rise and fall of the defect, magnitude of the largest
+        energy, and rise of the defect above its start
+    finite : (...) bool, whether the defect is finite at all samples
+    """
+
+    moved: Any
+    rise: Any
+    fall: Any
+    most: Any
+    net: Any
+    finite: Any
+
+
+def swings(of: SimpleNamespace) -> Swings:
+    """What follows from the balances of runs over time, by columns (..., nt)."""
+    found, high = defect(of, 0.0), functools.partial(np.fmax.reduce, axis=-1, initial=0.0)  # of numbers, for NaN
+    moved: Any = 0.0
+    if found.shape[-1]:
+        moved = np.fmax(_moved(of, _along(np.fmax.reduce), _along(np.fmin.reduce)), 0.0)
+    return Swings(
+        moved,
+        high(found - np.fmin.accumulate(found, axis=-1)),
+        high(np.fmax.accumulate(found, axis=-1) - found),
+        np.maximum(high(np.abs(of.kinetic)), high(np.abs(potential(of)))),
+        high(found - found[..., :1]),
+        np.isfinite(found).all(axis=-1),
+    )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from typing import Any
@@ -20,8 +21,8 @@ from evolvent_base.errors import InputError
 Array = np.ndarray
 #: Steps that a copy takes before Python looks at it again, and copies of one call of compiled code, at most.
 STEPS, TOGETHER = 2000, 64
-#: Parts, for each thread, in which copies are handed out.
-PARTS = 4
+#: Parts, for each thread, in which copies are handed out, and time of one thread for which more are taken at once, s.
+PARTS, PART = 4, 0.3
 #: States of a copy.
 GOES_ON, STOPPED_BY_EVENT, HAS_FAILED = 0, 1, 2
 
@@ -41,6 +42,8 @@ class Copies:
     ----------
     memory : Memory, of the structs
     blocks : (count, size) uint8
+    round_offs : energies (J), as of `Solution`, in the place of those of the runs of copies (`of`); None where each
+        has its own
     check : called from time to time with the time that a copy has reached; what it raises ends the call
     side_by_side : int, copies that had better be stepped by one thread
     status : (count,) int, `GOES_ON`, `STOPPED_BY_EVENT` or `HAS_FAILED`; reasons : mapping, of those that have failed
@@ -48,6 +51,7 @@ class Copies:
 
     check: Callable[[float], None] | None
     side_by_side = 1
+    round_offs: tuple[float, float] | None = None
 
     def __init__(
         self, run: Any, count: int, workers: int, structs: Mapping[str, Struct], later: Collection[str]
@@ -55,6 +59,7 @@ class Copies:
         self.run, self.count, self.workers, self.check = run, count, workers, None
         self.memory = Memory(structs, {("work", name) for name in later})
         self.blocks = self.memory.room(count)
+        self._at_once = 1
         self.status, self.reasons = np.zeros(count, dtype=np.int64), dict[int, str]()
         self._codes = np.zeros(count, dtype=np.int64)
         self._runs: dict[int, Any] = {}
@@ -117,6 +122,17 @@ class Copies:
 
     def sampled(self, which: Array, model: Any) -> dict[str, Any]:
         """States of copies at the start and now, in turn: `y`, `s` and `kept` of a solution of 2 k samples."""
+        raise NotImplementedError
+
+    def kept_samples(self, which: Array, at: Array, model: Any, *, without: Collection[str] = ()) -> dict[str, Any]:
+        """States at samples (k, m) that copies have kept, copy by copy: `y`, `s` and `kept` of a solution of k m.
+
+        Fields of `kept` are None where they are named in `without`.
+        """
+        raise NotImplementedError
+
+    def closes(self, which: Array) -> Array:
+        """Whether copies have surely ended with success, and kept all samples, (k,) bool; of others it is not known."""
         raise NotImplementedError
 
     def events(self, k: int) -> tuple[Array, Array]:
@@ -272,15 +288,20 @@ class Copies:
         """Act on copies, on all threads; `progress` is called with the number of those that are done and of all."""
         if not which.size:
             return
-        least = self.side_by_side
-        size = -(-min(TOGETHER, -(-which.size // (PARTS * self.workers))) // least) * least
-        parts = [which[k : k + size] for k in range(0, which.size, size)]
-        if self.workers == 1 or len(parts) == 1:
-            for n, part in enumerate(parts, 1):
+        if self.workers == 1:
+            done, least = 0, -(-which.size // PARTS)
+            while done < which.size:
+                part = which[done : done + self._rounded(min(TOGETHER, max(least, self._at_once)))]
+                began = time.perf_counter()
                 act(part)
+                seconds = (time.perf_counter() - began) / part.size
+                self._at_once = max(1, min(TOGETHER, int(PART / max(seconds, 1e-9))))
+                done += part.size
                 if progress is not None:
-                    progress(min(n * size, which.size), which.size)
+                    progress(done, which.size)
             return
+        size = self._rounded(min(TOGETHER, -(-which.size // (PARTS * self.workers))))
+        parts = [which[k : k + size] for k in range(0, which.size, size)]
         if self._pool is None:
             self._pool = ThreadPoolExecutor(self.workers, thread_name_prefix="evolvent-batch")
         self._ends.clear()
@@ -299,6 +320,10 @@ class Copies:
             wait(left)
             self._ends.clear()
             raise
+
+    def _rounded(self, size: int) -> int:
+        """A number of copies, rounded up to one that is stepped side by side."""
+        return -(-size // self.side_by_side) * self.side_by_side
 
     def close(self) -> None:
         """End the threads."""

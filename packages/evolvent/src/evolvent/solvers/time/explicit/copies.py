@@ -4,19 +4,22 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Collection
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
 from evolvent.assembly import needs
 from evolvent.compiled.lane_types import WIDTH
-from evolvent.model import Model
-from evolvent.solvers.time.copies import GOES_ON, HAS_FAILED, STEPS, STOPPED_BY_EVENT, Copies
+from evolvent.model import N_INVENTORY, Model
+from evolvent.solvers.common import balance as eb
+from evolvent.solvers.common.sampled import balances
+from evolvent.solvers.time.copies import GOES_ON, HAS_FAILED, STEPS, STOPPED_BY_EVENT, TOGETHER, Copies
 from evolvent.solvers.time.explicit import events as ex, loop as explicit
 from evolvent.solvers.time.explicit.lanes import Lanes
-from evolvent.solvers.time.explicit.many_steps import advance_many, tableau_of
-from evolvent.solvers.time.explicit.run import ExplicitRun, loop_record
+from evolvent.solvers.time.explicit.many_steps import advance_many, inventories_many, tableau_of
+from evolvent.solvers.time.explicit.run import LOOKED_AT, ExplicitRun, chosen_samples, loop_record
 from evolvent.solvers.time.explicit.stable_copies import StableCopies
 from evolvent.solvers.time.run import FINISHED
 
@@ -37,6 +40,9 @@ class ExplicitCopies(Copies):
         self.codes, self._budgets = self._codes, np.zeros(count, dtype=np.int64)
         self._lanes = Lanes(self)
         self.side_by_side = 1 if self._lanes.why_alone else WIDTH
+        self._starts = np.zeros((count, len(eb.BALANCE.names or ())))
+        self._checks = np.zeros(count, dtype=np.int64)
+        self._closures: dict[int, eb.Closure] = {}
 
     def keep_plan(self, which: Array, write: Callable[[Array, Array, Array], None]) -> Array:
         """As of all copies: those in which the step that was asked for is stable."""
@@ -63,9 +69,27 @@ class ExplicitCopies(Copies):
                 found[name] = np.stack([kept[which, 0], now[which]], axis=1).reshape(2 * which.size, -1)
         return {**found, "kept": None}
 
+    def kept_samples(self, which: Array, at: Array, model: Model, *, without: Collection[str] = ()) -> dict[str, Any]:
+        """As of all copies."""
+        found = {}
+        for name in ("y", "s"):
+            kept = self.values("work", f"out_{name}")
+            none = np.zeros((*at.shape, 0), dtype=getattr(self.run.work, name).dtype)
+            found[name] = (none if kept is None else kept[which[:, None], at]).reshape(at.size, -1)
+        return {**found, "kept": None}
+
+    def closes(self, which: Array) -> Array:
+        """As of all copies."""
+        close = np.array([k in self._closures for k in which.tolist()], dtype=bool)
+        return close & (self.status[which] == GOES_ON) & (self.loop["sample"][which] == self.samples.shape[1])
+
     def events(self, k: int) -> tuple[Array, Array]:
         """As of all copies."""
-        found: tuple[Array, Array] = self.of(k).all_logged()
+        if k not in self._runs:  # whose log has not been full
+            times, kinds = (self.memory.values(self.blocks, "work", name) for name in ("log_t", "log_k"))
+            count = int(self.loop["fired"][k])
+            return times[k, :count].copy(), kinds[k, :count].copy()
+        found: tuple[Array, Array] = self._runs[k].all_logged()
         return found
 
     def _begin(self, which: Array) -> None:
@@ -74,8 +98,15 @@ class ExplicitCopies(Copies):
             now, kept = self.values("work", name), self.values("work", f"out_{name}")
             if now is not None and kept is not None:
                 kept[which, 0] = now[which]
+        self._checks[which] = self.run.every
         for k in which.tolist():
-            self._guarded(k, lambda one: "")  # which looks at its start
+            self._closures.pop(k, None)
+        for part in self._parts(which):
+            try:
+                self._starts[part] = self._look_at(part, "y", "s", self.time[part, None])[:, 0]
+            except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
+                self._starts[part] = np.nan
+                self._fail(int(part[0]), self._failure_of(int(part[0]), error))
 
     def _go_on(self, which: Array, ends: Array, changed: Array) -> Array:
         """As of all copies. Steps restart, as those of a stepper do."""
@@ -90,8 +121,7 @@ class ExplicitCopies(Copies):
 
     def _take_steps(self, which: Array) -> None:
         """As of all copies."""
-        for k in which.tolist():
-            self._budgets[k] = max(1, min(STEPS, self.of(k).check - int(self.loop["steps"][k])))
+        self._budgets[which] = np.clip(self._checks[which] - self.loop["steps"][which], 1, STEPS)
         self._lanes.take_steps(which, self._budgets)
 
     def take_steps_alone(self, which: Array, budgets: Array) -> None:
@@ -100,9 +130,79 @@ class ExplicitCopies(Copies):
 
     def _ended(self, which: Array) -> Array:
         """As of all copies."""
-        for k in which.tolist():
+        codes, steps, apart = self._codes[which], self.loop["steps"][which], np.ones(which.size, dtype=bool)
+        apart[(codes == ex.BUDGET) & (steps < self._checks[which])] = False
+        for k in which[~apart].tolist():
+            self._look(k)
+        ended = (codes == ex.DONE) | (codes == ex.STOPPED)
+        is_late = (codes != ex.DONE) | (self.time[which] >= self.run.plan.times[-1])
+        self._codes[which[ended]] = ex.DONE
+        apart[ended & ~is_late] = False  # of the samples, but not of the run
+        judged = np.flatnonzero(ended & is_late)
+        judged = judged[[k not in self._runs for k in which[judged].tolist()]]  # whose balance was seen at the start
+        apart[judged[self._close(which[judged])]] = False
+        self.status[which[ended & ~apart & (codes == ex.STOPPED)]] = STOPPED_BY_EVENT
+        for k, code in zip(which[apart].tolist(), codes[apart].tolist(), strict=True):
+            self._codes[k] = code
             self._guarded(k, self._after)
+            if k in self._runs:
+                self._checks[k] = self._runs[k].check
         return which[(self.status[which] == GOES_ON) & (self._codes[which] != ex.DONE)]
+
+    def _close(self, which: Array) -> Array:
+        """Whether the energy balances of copies that have ended surely close, (k,) bool: that of others is not known.
+
+        They are looked at where those of single runs are (`ExplicitRun.has_failed`), without round-off.
+        """
+        found = np.zeros(which.size, dtype=bool)
+        counts = self.loop["sample"][which]
+        for kept in np.unique(counts).tolist():
+            of = np.flatnonzero(counts == kept)
+            for first in range(0, of.size, TOGETHER):
+                some = of[first : first + TOGETHER]
+                found[some] = self._close_at(which[some], chosen_samples(kept, LOOKED_AT) if kept else None)
+        return found
+
+    def _close_at(self, which: Array, samples: Array | None) -> Array:
+        """See `_close`; of copies that have kept some samples, of which those at some places are looked at."""
+        first, last = np.full((which.size, 1), float(self.run.plan.times[0])), self.time[which, None]
+        times, looks = [first, last], [self._starts[which, None], self._look_at(which, "y", "s", last)]
+        if samples is not None:
+            times.append(self.samples[which[:, None], samples])
+            looks.append(self._look_at(which, "out_y", "out_s", times[-1], samples))
+        order = np.argsort(np.concatenate(times, axis=1), axis=1, kind="stable")[:, :, None]
+        rows = np.take_along_axis(np.concatenate(looks, axis=1), order, axis=1)
+        found = eb.swings(SimpleNamespace(**{name: rows[:, :, k] for k, name in enumerate(eb.BALANCE.names or ())}))
+        closes = np.zeros(which.size, dtype=bool)
+        for i, k in enumerate(which.tolist()):
+            numbers = (float(one[i]) for one in found[:-1])
+            moved, rise, fall, most, net = numbers
+            own = eb.Closure(moved, rise, fall, most, 0.0, damps=False, net=net)
+            closes[i] = found.finite[i] and not own.fails
+            if closes[i]:
+                self._closures[k] = own
+        return closes
+
+    def _look_at(self, which: Array, y: str, s: str, times: Array, samples: Array | None = None) -> Array:
+        """Energy balances of states of copies, (k, nt, n) float, at some of their samples where these are kept.
+
+        Parameters
+        ----------
+        y, s : names of the states and of the switches in the workspace
+        times : (k, nt) float, s; samples : (nt,) int
+        """
+        at = (which,) if samples is None else (which[:, None], samples)
+        model, given = self.run.model, self.values("work", y)
+        states = np.zeros((*times.shape, 0)) if given is None else given[at]
+        states = np.ascontiguousarray(states.reshape(*times.shape, -1))
+        given = self.values("work", s)
+        switches = np.zeros((*times.shape, 0), dtype=np.int64) if given is None else given[at]
+        switches = np.ascontiguousarray(switches.reshape(*times.shape, -1))
+        sums = np.empty((*times.shape, N_INVENTORY))
+        needs.load(model, inventories_many)
+        inventories_many(which, self._structs["model"], np.ascontiguousarray(times), states, switches, sums)
+        rows = np.asarray(balances(model, states.reshape(times.size, -1), sums.reshape(times.size, -1)))
+        return rows.view(float).reshape(*times.shape, -1)
 
     def _after(self, one: Any) -> str:
         """Look at a copy after its steps; returns why it has failed."""
@@ -137,7 +237,12 @@ class ExplicitCopies(Copies):
         found.assembly = dataclasses.replace(self.run.assembly, model=found.model)
         step = None if self.run.plan.step is None else float(found.work.loop.step)
         found.plan = dataclasses.replace(self.run.plan, assembly=found.assembly, step=step)
-        found.begin_checks()
+        found.begin_checks(self._starts[number, None])
+        found.check = int(self._checks[number])
+        if self.round_offs is not None:
+            found.__dict__["unresolved"], found.__dict__["floor"] = self.round_offs
+        if number in self._closures:
+            found.found = self._closures[number]._replace(unresolved=found.unresolved, floor=found.floor)
         return found
 
 

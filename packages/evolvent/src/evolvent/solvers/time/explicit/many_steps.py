@@ -6,10 +6,11 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import void
+from numba import types, void
 
-from evolvent.compiled.jit import INTEGERS, MATRIX, REAL, VECTOR, indirect
+from evolvent.compiled.jit import CUBE, INTEGERS, MATRIX, REAL, VECTOR, indirect
 from evolvent.compiled.pointer import Struct, array, at_address
+from evolvent.equations.inventory import inventory
 from evolvent.equations.rhs import rhs
 from evolvent.kernels.blocks import displace
 from evolvent.model import MODEL
@@ -17,6 +18,7 @@ from evolvent.solvers.time.explicit.events import WORKSPACE
 from evolvent.solvers.time.explicit.fastest_modes import STEP
 from evolvent.solvers.time.explicit.loop import advance
 
+_INTEGERS_3D = types.int64[:, :, ::1]
 #: Natural logarithm of a normal deviate that is smaller only once in a million draws, with its sign changed.
 UNLIKELY = 14.0
 #: Products of the matrices by a vector after which the plan finds the frequency.
@@ -64,6 +66,22 @@ def advance_many(tableau, which, models, works, codes, budgets):
         model.info.stepping = 1
         codes[k] = advance(A, b, c, E, P, Q, rtol, atol, model, _work_at(works[k]), budgets[k])
         model.info.stepping = 0
+
+
+@indirect(void(INTEGERS, INTEGERS, MATRIX, CUBE, _INTEGERS_3D, CUBE))
+def inventories_many(which, models, times, Y, S, sums):
+    """Energies and momenta of states of some copies, a row each, to `sums` (`equations.inventory`).
+
+    Parameters
+    ----------
+    which : (k,) int, numbers of the copies; models : (n,) int, addresses of the models of all copies
+    times, Y, S : (k, nt), (k, nt, ny) and (k, nt, ns), s, states and switches
+    sums : (k, nt, N_INVENTORY) float, output
+    """
+    for i in range(which.size):
+        model = _model_at(models[which[i]])
+        for n in range(times.shape[1]):
+            inventory(times[i, n], Y[i, n], S[i, n], model, sums[i, n])
 
 
 @indirect(void(INTEGERS, INTEGERS, VECTOR, INTEGERS, MATRIX, VECTOR, VECTOR, MATRIX, MATRIX, REAL, INTEGERS))

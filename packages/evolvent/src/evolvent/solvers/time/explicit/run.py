@@ -64,11 +64,12 @@ class ExplicitRun(run.MotionRun):
         self.work = _workspace(self.assembly, of.times, self.tableau, of.step)
         self.begin_checks()
 
-    def begin_checks(self) -> None:
-        """Look at the start, and begin to check the balance."""
+    def begin_checks(self, start: np.ndarray | None = None) -> None:
+        """Look at the start, whose balance (1, n) may be known, and begin to check the balance."""
         self.logged: list[tuple[np.ndarray, np.ndarray]] = []
         times, step = self.plan.times, self.plan.step
-        self.seen = [self._look(np.array([times[0]]), self.work.y[None], self.work.s[None])]
+        first = np.array([times[0]])
+        self.seen = [self._look(first, self.work.y[None], self.work.s[None]) if start is None else (first, start)]
         self.watch = eb.Watch(self.seen[0][1][0].tolist())
         self.found: eb.Closure | None = None
         self.every = CHECK_EVERY if step is None else max(100, math.ceil(self.span / step / CHECKS))
@@ -107,7 +108,7 @@ class ExplicitRun(run.MotionRun):
         work, kept = self.work, int(self.work.loop.sample)
         looks = list(self.seen)
         if samples and kept:
-            chosen = np.unique(np.linspace(0, kept - 1, min(kept, samples)).astype(int))
+            chosen = chosen_samples(kept, samples)
             looks.append(self._look(work.samples[chosen], work.out_y[chosen], work.out_s[chosen]))
         order = np.argsort(np.concatenate([t for t, _ in looks]), kind="stable")
         whole = np.concatenate([one for _, one in looks])[order].view(eb.BALANCE)[:, 0].view(np.recarray)
@@ -218,6 +219,11 @@ class ExplicitRun(run.MotionRun):
             wall_time=wall_time,
             compile_time=self.compile_time,
         )
+
+
+def chosen_samples(kept: int, samples: int) -> np.ndarray:
+    """Which of the samples that a run has kept are looked at: so many, evenly, or all."""
+    return np.unique(np.linspace(0, kept - 1, min(kept, samples)).astype(int))
 
 
 def _workspace(assembly: Assembly, times: np.ndarray, tableau: Method, step: float | None) -> ex.ExplicitWorkspace:

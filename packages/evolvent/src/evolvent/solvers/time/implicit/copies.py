@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import copy
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Collection
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 from numba import config
 
-from evolvent.algebra.sparse import SparseBlocks
+from evolvent.algebra.sparse import OUTSIDE, SparseBlocks
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.model import Model
+from evolvent.model.registry import asked
 from evolvent.solvers.common import balance as eb, redundancy
 from evolvent.solvers.common.sampled import Sampled
 from evolvent.solvers.common.solution import event_numbers
@@ -29,6 +31,8 @@ from evolvent.solvers.time.implicit.workspace import AT_RESTART, BUDGET, DONE, S
 from evolvent_base.errors import InputError
 
 Array = np.ndarray
+#: Copies whose balances are judged together.
+AT_ONCE = 16
 
 
 class ImplicitCopies(Copies):
@@ -57,26 +61,59 @@ class ImplicitCopies(Copies):
 
     def sampled(self, which: Array, model: Model) -> dict[str, Any]:
         """As of all copies."""
+        last = np.maximum(self.loop["sample"][which] - 1, 0)
+        found = self.kept_samples(which, np.stack([np.zeros_like(last), last], axis=1), model)
+        return {**found, "kept": found["kept"]._replace(points=None, momenta=None)}
 
-        def both(name: str) -> Array:
-            """What the loop has kept of the first and the last sample of each copy, one after the other."""
+    def kept_samples(self, which: Array, at: Array, model: Model, *, without: Collection[str] = ()) -> dict[str, Any]:
+        """As of all copies."""
+
+        def taken(name: str) -> Array:
+            """What the loop has kept of the samples."""
             nominal: Array = getattr(self.run.work, name)
             kept = self.values("work", name)
             if kept is None:
-                return np.zeros((2 * which.size, *nominal.shape[1:]), dtype=nominal.dtype)
-            last = np.maximum(self.loop["sample"][which] - 1, 0)
-            found = np.stack([kept[which, 0], kept[which, last]], axis=1)
-            return np.ascontiguousarray(found.reshape(2 * which.size, *found.shape[2:]))
+                return np.zeros((at.size, *nominal.shape[1:]), dtype=nominal.dtype)
+            found = kept[which[:, None], at]
+            return np.ascontiguousarray(found.reshape(at.size, *found.shape[2:]))
 
-        y, balance = both("out_y"), both("out_balance").view(eb.BALANCE)[:, 0].view(np.recarray)
+        y, balance = taken("out_y"), taken("out_balance").view(eb.BALANCE)[:, 0].view(np.recarray)
         write_accounts(model, y, balance)
-        return {"y": y, "s": both("out_s"), "kept": Sampled(both("out_a"), both("out_la"), balance, both("out_forces"))}
+        has = {"points": self.midpoint, "momenta": not model.info.releases and self.run.work.out_momenta.size}
+        names = {"acceleration": "out_a", "la": "out_la", "forces": "out_forces"}
+        names |= {name: f"out_{name}" for name, own in has.items() if own}
+        kept: dict[str, Any] = {name: None if name in without else taken(of) for name, of in names.items()}
+        return {"y": y, "s": taken("out_s"), "kept": Sampled(balance=balance, **kept)}
+
+    def closes(self, which: Array) -> Array:
+        """As of all copies: the balance of each, without round-off, as `analysis.closure` judges it."""
+        model, balance = self.run.model, self.values("work", "out_balance")
+        if any(getattr(model, name).size for name in asked("energies.rebalance")) or balance is None:
+            return np.zeros(which.size, dtype=bool)
+        whole = (self.status[which] == GOES_ON) & (self._codes[which] == DONE)
+        whole &= self.loop["sample"][which] == self.samples.shape[1]
+        counts = self.values("matrix", "counts")
+        whole &= counts is None or counts[which, OUTSIDE] == 0
+        found = np.zeros(which.size, dtype=bool)
+        for first in range(0, which.size, AT_ONCE):
+            some = np.flatnonzero(whole[first : first + AT_ONCE]) + first
+            rows = balance[which[some]]
+            of = eb.swings(SimpleNamespace(**{name: rows[:, :, k] for k, name in enumerate(eb.BALANCE.names or ())}))
+            moved = [eb.moved(self.loop[k : k + 1].view(np.recarray)[0]) for k in which[some].tolist()]
+            for i, k in enumerate(some.tolist()):
+                own = eb.Closure(
+                    max(float(moved[i]), float(of.moved[i])), float(of.rise[i]), float(of.fall[i]), float(of.most[i]),
+                    0.0, damps=True, net=float(of.net[i]),
+                )  # fmt: skip
+                found[k] = not own.fails
+        return found
 
     def events(self, k: int) -> tuple[Array, Array]:
         """As of all copies."""
-        work = self.of(k).work
-        count = int(work.loop.latches)
-        return work.log_t[:count], event_numbers(self.run.model, work.log_k[:count])
+        times, kinds, count = self.values("work", "log_t"), self.values("work", "log_k"), int(self.loop["latches"][k])
+        if times is None or kinds is None:
+            return np.zeros(0), np.zeros(0, dtype=np.int64)
+        return times[k, :count].copy(), event_numbers(self.run.model, kinds[k, :count])
 
     def _begin(self, which: Array) -> None:
         """As of all copies."""

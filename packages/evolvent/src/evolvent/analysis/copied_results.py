@@ -1,0 +1,353 @@
+"""What is kept of copies of a run, evaluated of many at once where it depends on their states alone."""
+
+from __future__ import annotations
+
+import ctypes
+import dataclasses
+import functools
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from evolvent.analysis.batch_parameters import WORD, BatchParameters
+from evolvent.analysis.varied_run import VariedRun
+from evolvent.assembly import needs
+from evolvent.equations.sampling import evaluate_samples_of_copies
+from evolvent.model.family import EXTREMES
+from evolvent.results.kept import Kept, is_balance, is_local, kept_of, reduced_values, split
+from evolvent.results.observe.view import View
+from evolvent.results.tree import root_of
+from evolvent.solvers.common.solution import Solution
+from evolvent.solvers.time.copies import Copies
+from evolvent.solvers.time.run import FINISHED
+from evolvent_base.errors import InputError
+
+Array = np.ndarray
+#: Fewest copies that are evaluated together, and most samples of these.
+LEAST, MOST = 2, 10_000
+#: What a method has kept of its samples that few results need; others find it one by one.
+_LEFT_OUT = ("acceleration", "la", "points")
+
+
+class CopiedResults:
+    """What is kept of copies that have ended.
+
+    Parameters
+    ----------
+    copies : Copies
+    varied, parameters : VariedRun and BatchParameters, what copies have of their own
+    keep : names of what is kept
+    why : str, why the method was taken
+    shared : what variants share (`Assembly.shared`)
+
+    Attributes
+    ----------
+    copies : Copies
+    model : that takes the values of a copy
+    which : (k,) int, copies whose samples are evaluated together; values : what was evaluated of them
+
+    Notes
+    -----
+    Samples of copies are then those of one solution, of which compiled code evaluates each by the model of its copy.
+    That nothing else is read is found by evaluating them again with NaN in the place of all in which the models of
+    copies have differed by now, with parts of other copies, and with NaN in the place of the states of the copy before.
+    Events of a copy cannot be read.
+    """
+
+    def __init__(
+        self, copies: Copies, varied: VariedRun, parameters: BatchParameters, keep: Sequence[str], why: str, shared: Any
+    ) -> None:  # fmt: skip
+        self.copies, self._varied, self._parameters, self._why = copies, varied, parameters, why
+        self._shared = shared
+        self._keep = {name: split(name) for name in keep}
+        self._names = [*dict.fromkeys(name for name, _ in self._keep.values())]
+        self._is_local = is_local(copies.run.assembly, keep) and all(how for _, how in self._keep.values())
+        self.which, self.values = np.zeros(0, dtype=np.int64), dict[tuple[int, tuple[str, ...]], Array]()
+        self._balances = any(is_balance(copies.run.assembly, name) for name in keep)
+        self._is_of_states, self._proven = True, -1
+        self._words = [*_words_of(copies)]
+        self.model = copies.run.model.copy()
+        needs.note_alike(copies.run.model, self.model)
+        ends = {how for _, how in self._keep.values()} <= {"first", "last"}
+        count = copies.run.plan.times.size
+        self._at = np.unique([0, count - 1]) if ends else np.arange(count)
+
+    @functools.cached_property
+    def moves(self) -> Array:
+        """What moves from the first copy, which was placed, to the model, as of `evaluate_samples_of_copies`."""
+        first = self.copies.memory.views(self.copies.blocks[0])["model"]
+        found = np.array(self.model.moves(first), dtype=np.int64).reshape(-1, 3)
+        assert not np.any(found[:, 2] % WORD)
+        found[:, 2] //= WORD
+        return found
+
+    def of(self, which: Array) -> dict[int, Kept]:
+        """What is kept of copies that have ended with success; of those that are left out it must be found one by one.
+
+        Returns
+        -------
+        dict
+            By the number of the copy. The attributes have no statistics.
+        """
+        if not self._is_local:
+            return {}
+        found, size = dict[int, Kept](), max(LEAST, MOST // self._at.size)
+        for first in range(0, which.size, size):
+            some = which[first : first + size]
+            together = self._together(some)
+            own = ((k, self._alone(k)) for k in some.tolist()) if together is None else together.items()
+            found |= {k: one for k, one in own if one is not None}
+        return found
+
+    def _alone(self, k: int) -> Kept | None:
+        """What is kept of a copy, by a model and parts of its own; None where that is refused."""
+        for to, of, size in self.moves.tolist():
+            ctypes.memmove(to, of + k * self.copies.memory.size, WORD * size)
+        own = self._solution(np.array([k]), *self.copies.events(k))
+        assembly = dataclasses.replace(
+            own.assembly, model=self.model, parts=dict(self._parameters.parts(k)), shared=self._shared
+        )
+        own.assembly, own.captures, own.measured = assembly, (), {}
+        none = np.zeros(own.t.size, dtype=bool)
+        try:
+            found = kept_of(own, [*self._keep], lambda: root_of(own, {}), fine=none, why=self._why)
+        except InputError:
+            return None
+        variables = {name: xr.Variable(one.dims, one.values.copy(), one.attrs) for name, one in found.variables.items()}
+        return dataclasses.replace(found, variables=variables)
+
+    def _together(self, which: Array) -> dict[int, Kept] | None:
+        """What is kept of copies by one evaluation; None where it depends on more than their states."""
+        if which.size < LEAST or not self._is_of_states:
+            return None
+        solution, self.which, self.values = self._solution(which), which, {}
+        found = self._kept(solution)
+        self._is_of_states = found is not None and self._is_proven(which, solution, found)
+        if found is None or not self._is_of_states:
+            return None
+        return dict(zip(which.tolist(), self._apart(found, which.size), strict=True))
+
+    def _solution(self, which: Array, event_times: Any = None, event_kinds: Any = None) -> Solution:
+        """Samples of copies, one copy after the other, as those of one solution; that of one copy has its events."""
+        copies, run, (status, message) = self.copies, self.copies.run, FINISHED
+        left_out = () if event_times is not None else _LEFT_OUT if self._balances else (*_LEFT_OUT, "momenta")
+        at = np.repeat(self._at[None], which.size, axis=0)
+        own = copies.kept_samples(which, at, run.model, without=left_out)
+        if own["kept"] is not None:
+            own["kept"] = own["kept"]._replace(**dict.fromkeys(left_out, _UNKNOWN))
+        return Solution(
+            assembly=run.assembly,
+            method=run.plan.method,
+            t=np.tile(run.plan.times[self._at], which.size),
+            status=status,
+            message=message,
+            statistics={},
+            event_times=_UNKNOWN if event_times is None else event_times,
+            event_kinds=_UNKNOWN if event_kinds is None else event_kinds,
+            captures=_UNKNOWN,
+            measured=_UNKNOWN,
+            wall_time=math.nan,
+            compile_time=run.compile_time,
+            **own,
+        )
+
+    def _kept(self, solution: Solution) -> Kept | None:
+        """Variables over the samples of all copies; None where they cannot be evaluated."""
+        try:
+            found = kept_of(
+                solution,
+                self._names,
+                lambda: root_of(solution, {}),
+                fine=np.zeros(solution.t.size, dtype=bool),
+                why=self._why,
+                view_of=functools.partial(_CopiesView, self),
+            )
+        except Exception:  # noqa: BLE001  (whatever a number that is none makes of an evaluation)
+            return None
+        if found.missing or any(one.dims[:1] != ("time",) for one in found.variables.values()):
+            return None
+        return found
+
+    def _is_same(self, solution: Solution, found: Kept, other: Mapping[str, Any]) -> bool:
+        """Whether the same is kept with something else in the place of the model or the parts of the assembly."""
+        again = self._kept(dataclasses.replace(solution, assembly=dataclasses.replace(solution.assembly, **other)))
+        return again is not None and _bits(again) == _bits(found)
+
+    def _is_proven(self, which: Array, solution: Solution, found: Kept) -> bool:
+        """Whether what is kept follows from the states of each copy; what was found of others is not found again."""
+        if self._differs_more(which) and not self._is_same(solution, found, {"model": self._poisoned()}):
+            return False
+        if self._proven == len(self._varied.parts):
+            return True
+        self._proven, count = len(self._varied.parts), self._at.size
+        if not all(self._is_same(solution, found, {"parts": dict(one)}) for one in self._varied.parts):
+            return False
+        behind = self._kept(_without(self._solution(which), count))
+        return behind is not None and _bits(behind, count) == _bits(found, count)
+
+    def _differs_more(self, which: Array) -> bool:
+        """Whether models of copies differ from that of the run in numbers in which none has differed before."""
+        grown = False
+        for one in self._words:
+            own = one.of[which]
+            differ = np.any(own != one.nominal, axis=0)
+            if np.any(differ & ~one.differ):
+                grown = True
+                one.differ[:] |= differ
+                last = len(own) - 1 - np.argmax((own != one.nominal)[::-1], axis=0)
+                one.other[differ] = own[last, np.arange(last.size)][differ]
+        return grown
+
+    def _poisoned(self) -> Any:
+        """A model with NaN in the place of all numbers in which copies have differed; integers are those of a copy."""
+        model = self.copies.run.model.copy()
+        needs.note_alike(self.copies.run.model, model)
+        for one in self._words:
+            words = np.where(one.is_float & one.differ, _NAN, one.other)
+            value = np.atleast_1d(np.asarray(getattr(model, one.name)))
+            np.ndarray(words.shape, np.int64, value.data)[:] = words
+        return model
+
+    def _apart(self, found: Kept, count: int) -> Iterable[Kept]:
+        """What is kept of each of so many copies."""
+        t, size = self.copies.run.plan.times[self._at], self._at.size
+        kept: list[dict[str, xr.Variable]] = [{} for _ in range(count)]
+        for wanted, (name, how) in self._keep.items():
+            own = found.variables[name]
+            extremes = np.array(own.attrs[EXTREMES]) if EXTREMES in own.attrs else None
+            said = {key: value for key, value in own.attrs.items() if key != EXTREMES}
+            for k, variables in enumerate(kept):
+                over = None if extremes is None else extremes[..., k]
+                values, attrs = reduced_values(own.values[k * size : (k + 1) * size], said, how, name, t, over)
+                variables[wanted] = xr.Variable(own.dims[1:], values, attrs)
+        along = {dim: one for dim, one in found.coordinates.items() if dim != "time"}
+        for variables in kept:
+            yield dataclasses.replace(found, variables=variables, coordinates=along)
+
+
+class _CopiesView(View):
+    """Samples of copies, one copy after the other, read by parts.
+
+    Parameters
+    ----------
+    results : CopiedResults, of the copies
+    solution, given : as of `View`
+    """
+
+    is_of_copies = True
+
+    def __init__(self, results: CopiedResults, solution: Solution, **given: Any) -> None:
+        super().__init__(solution, **given)
+        self._of = results
+
+    def _extremes(self, family: str) -> Array:
+        """As of all views, of the copies: (n, 2 m, k)."""
+        copies, of = self._of.copies, super()._extremes(family)
+        place = copies.memory.places["model", family]
+        strides = (copies.blocks.strides[0], place.dtype.itemsize)
+        rows = np.ndarray((len(copies.blocks), len(of)), place.dtype, copies.blocks.data, place.offset, strides)
+        found = np.moveaxis(rows[EXTREMES][self._of.which], 0, -1)
+        finite = np.isfinite(found)
+        if np.any(finite != finite[..., :1]):
+            raise LookupError("the extremes of some copies alone are known")
+        return found
+
+    def _model_apart(self) -> Any:
+        """As of all views; it takes the values of each copy."""
+        return self._of.model
+
+    def _evaluate(
+        self, s: Array, la: Array, factors: Array, model: Any, fields: tuple[Any, Array], values: Array
+    ) -> None:  # fmt: skip
+        """As of all views, by the model of each copy."""
+        of, key = self._of, (id(self.solution.y), tuple(fields[0].families))
+        if key not in of.values:
+            times, size = self.t[: self.t.size // of.which.size], of.copies.memory.size
+            needs.load(model, evaluate_samples_of_copies)
+            evaluate_samples_of_copies(
+                of.which, size, times, self.y, s, la, factors, of.moves, model, fields[1], values
+            )
+            of.values[key] = values.copy()
+        values[:] = of.values[key]
+
+
+class _Unknown:
+    """What is not known of several copies together: whatever is done with it raises an exception."""
+
+    def _refuse(self, *_: Any) -> Any:
+        raise LookupError("it is not known of several copies together")
+
+    __getattr__ = __getitem__ = __len__ = __iter__ = __array__ = __eq__ = __ne__ = __bool__ = _refuse
+    __hash__ = None  # type: ignore[assignment]
+
+
+_UNKNOWN: Any = _Unknown()
+#: Bits of a number that is none.
+_NAN = int(np.array(np.nan).view(np.int64))
+
+
+class _Words(NamedTuple):
+    """An array of the models of copies, as words.
+
+    Attributes
+    ----------
+    name : str
+    of, nominal : (count, n) int of copies, and (n,) int of the run
+    other : (n,) int, the same, or those of a copy where they differ
+    is_float, differ : (n,) bool, whether they are floats, and whether those of a copy have differed
+    """
+
+    name: str
+    of: Array
+    nominal: Array
+    other: Array
+    is_float: Array
+    differ: Array
+
+
+def _words_of(copies: Copies) -> Iterator[_Words]:
+    """Arrays of the models of copies."""
+    memory, blocks = copies.memory, copies.blocks
+    for (struct, name, *others), place in memory.places.items():
+        size = math.prod(place.shape) * place.dtype.itemsize
+        if struct != "model" or others or size % WORD:
+            continue
+        n, strides = size // WORD, (blocks.strides[0], WORD)
+        nominal = np.ndarray((n,), np.int64, memory.image.data, place.offset)
+        of = np.ndarray((len(blocks), n), np.int64, blocks.data, place.offset, strides)
+        is_float = np.tile(_is_float(place.dtype), size // place.dtype.itemsize)
+        yield _Words(name, of, nominal, nominal.copy(), is_float, np.zeros(n, dtype=bool))
+
+
+def _is_float(dtype: np.dtype) -> Array:
+    """Which words of an entry of a type are floats."""
+    found = np.zeros(dtype.itemsize // WORD, dtype=bool)
+    if dtype.names is None:
+        found[:] = dtype.base.kind == "f"
+    for name in dtype.names or ():
+        field, at = dtype.fields[name][:2]  # type: ignore[index]
+        found[at // WORD : (at + field.itemsize) // WORD] = field.base.kind == "f"
+    return found
+
+
+def _without(solution: Solution, count: int) -> Solution:
+    """A solution with NaN in the place of its first samples."""
+    kept = () if solution.kept is None else solution.kept
+    for values in (solution.y, *(one for one in kept if isinstance(one, np.ndarray))):
+        if values.dtype.names is None:
+            values[:count] = np.nan
+        for name in values.dtype.names or ():
+            values[name][:count] = np.nan
+    return solution
+
+
+def _bits(kept: Kept, first: int = 0) -> list[Any]:
+    """Names, dimensions, attributes and bits of what is kept, from one of the samples on."""
+    timeless = {name: one for name, one in kept.coordinates.items() if name != "time"}
+    return [
+        *((name, one.dims, one.attrs, one.values[first:].tobytes()) for name, one in kept.variables.items()),
+        *((name, one.dims, one.attrs, one.values.tobytes()) for name, one in timeless.items()),
+    ]

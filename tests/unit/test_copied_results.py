@@ -1,0 +1,85 @@
+"""What is kept of copies that have ended together has the bits of single runs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import evolvent
+from evolvent import System, parts
+from evolvent.analysis.many_runs import ManyRuns
+from evolvent.results.kept import stored_name
+from evolvent_base.errors import RunFailed
+
+#: What is kept of the case, and whether it follows from the states of copies, so that many are evaluated at once.
+KEPT = [
+    ("hinge 1.torque.max", True),
+    ("hinge 1.latch_torque.max", True),
+    ("panel 1.position.x.last", True),
+    ("energy.last", True),
+    ("energy_defect.last", False),  # which counts from the start of each
+    ("hinge 1.latch_time.last", False),  # which is that of an event
+    ("hinge 1.latch_torque_peak.last", False),  # which the run writes into its model
+]
+
+
+def body(**settings: Any) -> System:
+    """A body on a spring, which explicit steps suit."""
+    system = System(settings={"until": 0.5, "every": 0.05, **settings})
+    system.add(parts.RigidBody(mass=2.0, inertia=(0.1, 0.2, 0.3), position=(0.0, 0.0, 0.1)), "hub")
+    system.add(parts.Spring(a="hub", b=(0.0, 0.0, 1.0), stiffness=100.0, length=0.5), "spring")
+    return system
+
+
+@pytest.fixture(scope="module")
+def array() -> System:
+    return evolvent.load("solar-array")
+
+
+@pytest.mark.parametrize(("name", "together"), KEPT)
+def test_kept_of_copies_is_that_of_single_runs(array: System, name: str, together: bool) -> None:
+    points = [{"hinge 1.stiffness": 0.2 * share, "panel 1.mass": 4.0 / share} for share in (0.9, 1.0, 1.05, 1.1)]
+    runs = ManyRuns(array, [name], array._run_settings({}))
+    found = list(runs.kept(points, None))
+    assert runs._own()[2]._is_of_states == together
+    for point, one in zip(points, found, strict=True):
+        assert one is not None
+        alone = array.with_values(point).simulate(keep=[name])
+        assert np.float64(one[name]).tobytes() == np.float64(alone[name]).tobytes()
+        assert one.variables[name].attrs == alone.variables[name].attrs
+
+
+@pytest.mark.parametrize("name", ["hub.position.z.last", "hub.velocity.z.at(0.33 s)", "spring.force.max", "energy.max"])
+def test_kept_of_explicit_copies_is_that_of_single_runs(name: str) -> None:
+    system = body()
+    values = {"hub.mass": [1.0, 2.0, 2.5, 3.0], "spring.stiffness": [90.0, 100.0, 110.0, 120.0]}
+    found = evolvent.simulate_many(system, values, [name], workers=1)
+    for k, own in enumerate(found[stored_name(name)].values.tolist()):
+        alone = system.with_values({key: of[k] for key, of in values.items()}).simulate(keep=[name])
+        assert np.float64(own).tobytes() == np.float64(alone[name]).tobytes()
+
+
+def test_balance_of_a_copy_that_does_not_close_is_its_reason() -> None:
+    """Copies are judged together without round-off; one that may not close is judged as a single run is."""
+    system = body(method="rk4", step=0.01, until=5.0)
+    values = {"spring.stiffness": [90.0, 100.0, 20000.0, 110.0]}
+    found = evolvent.simulate_many(system, values, ["hub.position.z.last"], workers=1)
+    assert found.status.values.tolist() == ["success", "success", "failed", "success"]
+    with pytest.raises(RunFailed) as refused:
+        system.with_values({"spring.stiffness": 20000.0}).simulate(keep=["hub.position.z.last"])
+    assert str(refused.value) == str(found.reason.values[2])
+
+
+def test_parameters_are_seen_where_memory_was_handed_out_before() -> None:
+    """Copies wait to be placed until their memory is seen; from then on they stand at their start at once."""
+    batch = body().batch(2, workers=1)
+    states = batch.states
+    batch.run(0.2)
+    moved = states.copy()
+    batch.expand("spring.stiffness", [100.0, 120.0])
+    assert not np.array_equal(states, moved)
+    np.testing.assert_array_equal(states[0], body().batch(1).states[0])
+    assert batch.time.tolist() == [0.0, 0.0]
+    batch.close()
