@@ -56,9 +56,9 @@ def add_fields(view: View, found: Observed, family: str, index: Any, row: Any, f
         unit, text = worded(row, unit), worded(row, text).format(**words)
         values, extremes = view.fields[family][field][:, index], view.fields[family].extremes_of(field, index)
         if values.ndim == 1:
-            found.scalar(name, values, unit, text, extremes)
+            found.scalar(name, values, unit, text, extremes=extremes)
         else:
-            found.along(name, "loop", values, unit, text, extremes)
+            found.along(name, "loop", values, unit, text, extremes=extremes)
 
 
 def since(view: View, account: int) -> Array:

@@ -33,13 +33,14 @@ def observe_net(view: View, name: str) -> Observed:
     found.coordinate("cord", "cord", np.arange(len(cords)), "1", "cords of the net, of its rear net, and ties")
     found.coordinate("natural_length", "cord", ends["length"], "m", "lengths without tension")
     tension, over = fields["tension"], extremes_of_cords(view, index, "tension")
-    found.along("tension", "cord", tension, "N", "tensions of the cords", over)
+    found.along("tension", "cord", tension, "N", "tensions of the cords", extremes=over)
     found.along("length", "cord", fields["distance"], "m", "lengths of the cords")
-    least, largest = (
-        (None, None) if over is None else (np.array([over[0].min(), np.nan]), np.array([np.nan, over[1].max()]))
-    )
-    found.scalar("least_tension", tension.min(axis=1), "N", "least tension of a cord", least)
-    found.scalar("largest_tension", tension.max(axis=1), "N", "largest tension of a cord", largest)
+    least = largest = None
+    if over is not None:
+        least, largest = over.min(axis=1), over.max(axis=1)
+        least[1], largest[0] = np.nan, np.nan
+    found.scalar("least_tension", tension.min(axis=1), "N", "least tension of a cord", extremes=least)
+    found.scalar("largest_tension", tension.max(axis=1), "N", "largest tension of a cord", extremes=largest)
     found.scalar("slack_cords", (tension <= 0.0).sum(axis=1), "1", "number of cords without tension")
     net = view.assembly.parts[name]
     front = net.seen(x[:, : len(net.layout(name).plan)])

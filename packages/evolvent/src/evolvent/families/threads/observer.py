@@ -61,7 +61,7 @@ def _add(view: View, found: Observed, index: int, fields: str) -> None:
         values, (name, unit, text) = view.fields["threads"][field][:, index], RESULTS["threads"][field]
         if values.ndim == 1:
             extremes = view.fields["threads"].extremes_of(field, index)
-            found.scalar(name, values, unit, text.format(copies=copies), extremes)
+            found.scalar(name, values, unit, text.format(copies=copies), extremes=extremes)
         else:
             found.vector(name, values[:, :3], unit, text.format(copies=copies))
 

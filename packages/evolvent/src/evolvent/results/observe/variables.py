@@ -109,7 +109,7 @@ class Observed:
     one_sided: dict[str, str] = dataclasses.field(default_factory=dict)
     given: list[str] = dataclasses.field(default_factory=list)
 
-    def scalar(self, name: str, values: Array, units: str, long_name: str, extremes: Array | None = None) -> None:
+    def scalar(self, name: str, values: Array, units: str, long_name: str, *, extremes: Array | None = None) -> None:
         """Add a number at every sample: (nt,); `extremes` as of `Variable`."""
         self.variables[name] = Variable(("time",), np.asarray(values, dtype=float), units, long_name, extremes)
 
@@ -138,7 +138,14 @@ class Observed:
         self.changes(t, (size > 1e-6 * size.max(initial=0.0)).astype(int), {0: zero, 1: other})
 
     def along(
-        self, name: str, dimension: str, values: Array, units: str, long_name: str, extremes: Array | None = None
+        self,
+        name: str,
+        dimension: str,
+        values: Array,
+        units: str,
+        long_name: str,
+        *,
+        extremes: Array | None = None,
     ) -> None:
         """Add numbers (nt, n) or vectors (nt, n, 3) over a dimension of the part's own; see `scalar`."""
         dims = ("time", dimension, "axis")[: np.ndim(values)]
@@ -162,7 +169,7 @@ class Observed:
             if field not in without:
                 values = fields[field][:, index]
                 if values.ndim == 1:
-                    self.scalar(described[0], values, *described[1:], fields.extremes_of(field, index))
+                    self.scalar(described[0], values, *described[1:], extremes=fields.extremes_of(field, index))
                 else:
                     self.vector(described[0], values, *described[1:])
 
