@@ -39,11 +39,11 @@ def disturbed(y: Array, bodies: Array, which: list[int], size: float) -> Array:
 def test_rates_do_not_depend_on_whether_zeros_of_a_stiffness_are_multiplied() -> None:
     assembly = jointed().assemble()
     model, rates = assembly.model, []
-    assert np.all(model.rod_elements["diagonal"] == 1)
+    assert np.all(model.rod_elements["uncoupled"] == 1)
     y = disturbed(assembly.y, model.bodies, [*range(1, 6)], 1e-3)
     needs.load(model, rhs)
     for diagonal in (1, 0):
-        model.rod_elements["diagonal"] = diagonal
+        model.rod_elements["uncoupled"] = diagonal
         rates.append(np.empty_like(y))
         rhs(0.0, y, assembly.s, model, rates[-1])
     assert np.all(np.isfinite(rates[0]))

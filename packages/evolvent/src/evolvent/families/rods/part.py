@@ -341,7 +341,7 @@ class Rod(Part):
                 "rod_elements", tape=tape, tape_node=tape_node + i, flows=int(paid), a=first_body + i,
                 b=first_body + i + 1,
                 length=float(h[i]), beta=self.stiffness_damping, heated=0, arm_a=arms[i], arm_b=arms[i + 1],
-                diagonal=int(rods.is_diagonal(stiffness[i])),
+                uncoupled=int(rods.is_diagonal(stiffness[i])),
                 stiffness=stiffness[i], rest=rest[i], section=sections[i], fibres=fibres[i],
                 branch=add_branches(builder, terms, strains[i] - rest[i]), **terms,
                 flat_branch=self._flat_branch(builder, terms, tape, tape_node + i, float(strains[i][5])),

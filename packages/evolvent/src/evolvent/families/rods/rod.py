@@ -54,7 +54,7 @@ USED_FOR = "rods"
 def stress(rows, k, strain, at, scale, S):
     """S = scale C E of the strains at strain[at:]; added."""
     C = rows[k].stiffness
-    if rows[k].diagonal != 0:
+    if rows[k].uncoupled != 0:
         for i in range(6):
             S[i] += scale * (C[i, i] * strain[at + i])
         return
