@@ -34,7 +34,7 @@ DIVERGED = 10.0
 LOOKED_AT = 100
 #: Share of a run in which a whole log of events is not plausible: the same ones fire again and again.
 CHATTER = 1e-6
-#: Number of energy checks over a run with fixed steps; steps between two of them in a run with adaptive ones.
+#: Most energy checks over a run with fixed steps, and fewest steps between two of them; adaptive steps take these.
 CHECKS, CHECK_EVERY = 50, 2000
 
 
@@ -72,7 +72,7 @@ class ExplicitRun(run.MotionRun):
         self.seen = [self._look(first, self.work.y[None], self.work.s[None]) if start is None else (first, start)]
         self.watch = eb.Watch(self.seen[0][1][0].tolist())
         self.found: eb.Closure | None = None
-        self.every = CHECK_EVERY if step is None else max(100, math.ceil(self.span / step / CHECKS))
+        self.every = CHECK_EVERY if step is None else max(CHECK_EVERY, math.ceil(self.span / step / CHECKS))
         self.check, self.filled = self.every, -math.inf
 
     @functools.cached_property
