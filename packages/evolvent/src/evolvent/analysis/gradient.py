@@ -31,7 +31,7 @@ CHANGE, MOVE, RATE = 1e-6, 1e-5, 1e-4
 #: them is left at half the distance.
 BENT, ROUND_OFF, KINK = 0.2, 1e-10, 0.4
 #: Part by which an extreme over all steps may be beside that of the samples, by whose derivative its own is found.
-BETWEEN = 1e-6
+EXTREME_TOLERANCE = 1e-6
 #: Keys of which each is tried alone, whether a value depends on it.
 FEW = 1
 #: Coordinates and rates of which each is tried, whether a value is a function of it.
@@ -255,7 +255,9 @@ def _seeds(solution: Solution, name: str, value: float, adjoint: Adjoint) -> tup
     series = _series(solution, variable)
     weights = _weights(series, solution.t, reduction)
     samples = np.flatnonzero(weights)
-    if reduction in EXTREME and abs(value - (seen := reduce(series, solution.t, reduction))) > BETWEEN * abs(value):
+    if reduction in EXTREME and abs(value - (seen := reduce(series, solution.t, reduction))) > EXTREME_TOLERANCE * abs(
+        value
+    ):
         raise InputError(
             f"the adjoint of {name!r} is not supported, which is {value:.6g} over all steps and {seen:.6g} at the "
             f"samples; take mode 'forward', or more samples"
