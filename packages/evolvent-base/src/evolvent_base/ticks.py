@@ -108,9 +108,8 @@ def _draw_axis(axis: Any, draw: Any, renderer: Any) -> None:
     boxes: tuple[list[Any], list[Any]] = [], []
     for tick in _ticks_in_view(axis):
         for label, found in zip((tick.label1, tick.label2), boxes, strict=True):
-            if (
-                numbers.get_offset() and label.get_visible() and label.get_in_layout()
-            ):  # the offset text is placed beside the labels
+            # the offset text is placed beside the labels
+            if numbers.get_offset() and label.get_visible() and label.get_in_layout():
                 found.append(label.get_window_extent(renderer))
         tick.draw(renderer)
     axis._update_label_position(renderer)

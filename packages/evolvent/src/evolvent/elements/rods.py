@@ -106,8 +106,8 @@ def element_stiffness(
 def is_diagonal(stiffness: Array) -> bool:
     """Whether the off-diagonal entries of a stiffness matrix are round-off."""
     sizes = np.sqrt(np.maximum(np.diag(stiffness), 0.0))
-    beside = np.abs(stiffness - np.diag(np.diag(stiffness)))
-    return bool(np.all(beside <= _ROUND_OFF * np.outer(sizes, sizes)))
+    off_diagonal = np.abs(stiffness - np.diag(np.diag(stiffness)))
+    return bool(np.all(off_diagonal <= _ROUND_OFF * np.outer(sizes, sizes)))
 
 
 def element_inertia(

@@ -129,21 +129,20 @@ class ExplicitCopies(Copies):
 
     def _ended(self, which: Array) -> Array:
         """As of all copies."""
-        codes, steps, apart = self._codes[which], self.loop["steps"][which], np.ones(which.size, dtype=bool)
-        apart[(codes == ex.BUDGET) & (steps < self._checks[which])] = False
-        for k in which[~apart].tolist():
+        codes, steps, is_single = self._codes[which], self.loop["steps"][which], np.ones(which.size, dtype=bool)
+        is_single[(codes == ex.BUDGET) & (steps < self._checks[which])] = False
+        for k in which[~is_single].tolist():
             self._look(k)
         ended = (codes == ex.DONE) | (codes == ex.STOPPED)
         is_late = (codes != ex.DONE) | (self.time[which] >= self.run.plan.times[-1])
         self._codes[which[ended]] = ex.DONE
-        apart[ended & ~is_late] = False  # at the last sample, but not at the end of the run
+        is_single[ended & ~is_late] = False  # at the last sample, but not at the end of the run
         judged = np.flatnonzero(ended & is_late)
-        judged = judged[
-            [k not in self._runs for k in which[judged].tolist()]
-        ]  # only these have the balance of their start in `_starts`
-        apart[judged[self._balances_close(which[judged])]] = False
-        self.status[which[ended & ~apart & (codes == ex.STOPPED)]] = STOPPED_BY_EVENT
-        for k, code in zip(which[apart].tolist(), codes[apart].tolist(), strict=True):
+        # only copies without a run of their own have the balance of their start in `_starts`
+        judged = judged[[k not in self._runs for k in which[judged].tolist()]]
+        is_single[judged[self._balances_close(which[judged])]] = False
+        self.status[which[ended & ~is_single & (codes == ex.STOPPED)]] = STOPPED_BY_EVENT
+        for k, code in zip(which[is_single].tolist(), codes[is_single].tolist(), strict=True):
             self._codes[k] = code
             self._guarded(k, self._after)
             if k in self._runs:
