@@ -383,7 +383,7 @@ def note_step(model):
 # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its
 # ends, body axes; stiffness: of strains of force and moment; rest: (Gamma_0, K_0), see `rod_strains`;
 # section: compliance of the section in its middle; fibres: E A times the means of rho^2 and rho^4, N m2, N m4, see
-# `strip`, or 0; diagonal: 1 if the stiffness is diagonal; heated: 1 with a thermal load, whose free strains are `free`.
+# `strip`, or 0; diagonal: 1 where the stiffness is; heated: 1 with a thermal load, whose free strains are `free`.
 # m0, m1: measures at the start and the end of an interval; before: change of the strains over the step before;
 # stored, bent: J, elastic energy and that of moments; the others are in `RESULTS`. tape: as of rods, and tape_node
 # its first node; flattening, flattening_slope: forces by `tape.evaluate_tape`, with derivatives; curvature_rate: of
