@@ -286,22 +286,16 @@ def closures(
     at_samples = np.zeros(len(found))
     if found.shape[-1]:
         at_samples = np.fmax(_moved(of, _over_time(np.fmax.reduce), _over_time(np.fmin.reduce)), 0.0)
-    rises, falls, largest, net = (
-        high(found - np.fmin.accumulate(found, axis=-1)),
-        high(np.fmax.accumulate(found, axis=-1) - found),
-        np.maximum(high(np.abs(of.kinetic)), high(np.abs(potential(of)))),
-        high(found - found[..., :1]),
-    )
-    return [
-        Closure(
-            max(own, float(at_samples[k])),
-            *(float(one[k]) for one in (rises, falls, largest)),
-            unresolved,
-            damps,
-            float(net[k]),
-            floor,
-        )
-        if damps or finite[k]  # samples of other methods may have no balance
-        else Closure(own, math.inf, math.inf, math.inf, unresolved, damps)
-        for k, own in enumerate(moved)
-    ]
+    rises = high(found - np.fmin.accumulate(found, axis=-1))
+    falls = high(np.fmax.accumulate(found, axis=-1) - found)
+    energies = np.maximum(high(np.abs(of.kinetic)), high(np.abs(potential(of))))
+    net = high(found - found[..., :1])
+    each = []
+    for k, own in enumerate(moved):
+        if damps or finite[k]:
+            whole = max(own, float(at_samples[k]))
+            rise, fall, most = float(rises[k]), float(falls[k]), float(energies[k])
+            each.append(Closure(whole, rise, fall, most, unresolved, damps, float(net[k]), floor))
+        else:  # samples of other methods may have no balance
+            each.append(Closure(own, math.inf, math.inf, math.inf, unresolved, damps))
+    return each
