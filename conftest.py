@@ -23,7 +23,7 @@ from evolvent_base import cli
 settings.register_profile("seeded", derandomize=True, deadline=None, max_examples=50)
 settings.load_profile("seeded")
 
-#: How often garbage is collected while tests run: as often as is usual, it takes 4 % of their time.
+#: Thresholds of the garbage collector while tests run; with Python's defaults it takes 4 % of their time.
 THRESHOLDS = (5_000, 20, 20)
 
 
@@ -95,7 +95,7 @@ def pytest_collection() -> None:
 
 
 def pytest_collection_finish() -> None:
-    """Collect garbage more often, but no longer among the tests."""
+    """Lower the thresholds of the garbage collector again, and exempt the collected tests from it."""
     gc.freeze()
     gc.set_threshold(*THRESHOLDS)
 

@@ -3,8 +3,8 @@
     python benchmarks/batches.py [-o benchmarks/batches.json] [--variants 200] [--dispersed 1000] [--rods 4096]
 
 All figures are taken in one run on one machine, so that their ratios hold where the times do not. `beyond` is the
-processor time of a variant less that of the compiled time loop and its starts, `python` what of that no compiled
-function takes. `threads` steps the same copies of `solar-array` by one
+processor time of a variant minus that of the compiled time loop and of its initialization; `python` is the part of it
+that is spent outside all compiled functions. `threads` steps the same copies of `solar-array` by one
 thread and by two, alternately, and takes the least wall time of each; the bits must agree. On a machine with other
 work the gain says little; what holds others back is `python_share`, of the processor time of a run. `dispersed` is the
 wall time of `simulate_many` on all cores, and that of a batch from its making to its last result. A step of `rods` is
@@ -35,7 +35,7 @@ KEYS = {"hinge 1.stiffness": 0.2, "hinge 2.stiffness": 0.1, "hinge 3.stiffness":
 MASS = {"panel 1.mass": 4.0}
 #: Values that are kept.
 KEPT = ("hinge 1.latch_time.last", "hinge 1.torque.max", "energy.last", "pivot 1.force.max")
-#: Compiled time loops, and what starts them.
+#: Compiled time loops, and the functions that initialize them.
 LOOPS = ("advance", "advance_many", "begin", "begin_many", "restart", "restart_many", "count_open")
 
 
@@ -63,7 +63,7 @@ class Loops:
         jit._call = self._call
 
     def shares(self, count: int, work: Callable[[], object]) -> dict[str, float]:
-        """Milliseconds of each of so many runs: in the loops, beyond them, and of that in Python."""
+        """Milliseconds for each of `count` runs: in the loops, outside them, and the part of the latter in Python."""
         self.spent = self.compiled = 0.0
         began = time.process_time()
         work()

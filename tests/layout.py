@@ -18,7 +18,7 @@ SLACK, COVERED = 2.0, 0.01
 
 def boxes(sheet: Any) -> list[tuple[str, Any]]:
     """Words and boxes of all texts that are drawn, in pixels."""
-    drawn: dict[Any, tuple[str, Any]] = {}  # one text may be drawn at several places, as that of the ticks of an axis
+    drawn: dict[Any, tuple[str, Any]] = {}  # a text may be drawn at several positions, as that of a tick
     original = Text.draw
 
     def record(self: Any, renderer: Any, *args: Any, **kwargs: Any) -> Any:

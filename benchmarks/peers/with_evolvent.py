@@ -36,7 +36,7 @@ def cable(spec: dict[str, Any], options: dict[str, Any]) -> tuple[Any, Callable]
 
 
 def rod(spec: dict[str, Any], options: dict[str, Any]) -> tuple[Any, Callable]:
-    """The cable as a geometrically exact rod, with shear and rotary inertia; its root is held by a constraint."""
+    """The cable as a geometrically exact rod with shear and rotary inertia; a constraint holds its root."""
     from evolvent.solvers.modal.positions import linearized_points
 
     system = System(gravity=(0.0, -spec["gravity"], 0.0))

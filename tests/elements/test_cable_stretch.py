@@ -24,7 +24,7 @@ from evolvent.elements import (
 )
 from evolvent.equations import implicit
 from evolvent.families.beams import cable
-from evolvent.kernels.ancf import ROW, STATE
+from evolvent.kernels.ancf import GROUP, STATE
 from evolvent.model.powers import N_POWERS
 from evolvent_base.errors import InputError
 
@@ -245,10 +245,10 @@ def test_a_length_that_cannot_be_is_refused(make):
         make(0.0, BAR, MATERIAL)
 
 
-def test_elements_in_a_row_have_the_forces_of_single_ones(rng):
-    """More elements than are evaluated together, one of them damped, and a second beam."""
+def test_a_group_of_elements_has_the_forces_of_single_elements(rng):
+    """A beam with more elements than the largest group, one of them damped, and a second beam."""
     system = System(gravity=(0.0, -9.81, 0.0))
-    for name, count, damping in (("long", ROW + 6, 0.1), ("short", 1, 0.0)):
+    for name, count, damping in (("long", GROUP + 6, 0.1), ("short", 1, 0.0)):
         system.add(
             parts.Beam(
                 length=count * LENGTH, section=BAR, material=MATERIAL, elements=count, formulation="cable_stretch",
@@ -265,6 +265,6 @@ def test_elements_in_a_row_have_the_forces_of_single_ones(rng):
         implicit.residual(0.0, y, a, np.zeros(0), 0.0, 1.0, model, r, powers)
         implicit.energies(0.0, y, model, energies)
         found.append((r, powers, energies))
-        model.elements["forces"] = model.elements["energies"] = 0
+        model.elements["group_forces"] = model.elements["group_energies"] = 0
     for together, alone in zip(*found, strict=True):
         assert_allclose(together, alone, rtol=0.0, atol=1e-13 * np.abs(alone).max())

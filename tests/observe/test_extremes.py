@@ -1,4 +1,4 @@
-"""Least and largest values over all steps: closed forms at coarse samples, in all that reads extremes."""
+"""Extremes over all steps: compared with closed forms at coarse samples, and in all results that use them."""
 
 import math
 import pathlib
@@ -19,7 +19,7 @@ METHODS = ["dopri5", "rk4", "generalized-alpha", "energy-momentum"]
 
 
 class Bounce(NamedTuple):
-    """A system whose force reaches a peak of a closed form between its samples, where it is zero; a period in s."""
+    """A system, a force of it, the peak of this force by a closed form, and the period of the motion, s."""
 
     system: System
     name: str
@@ -32,7 +32,7 @@ def _latched(latch: float, rate: float, stiffness: float) -> dict[str, float]:
 
 
 def hinge() -> Bounce:
-    """A wheel of the rate w, whose latch is a spring after 0.1 s: the torque is at most w sqrt(J k)."""
+    """A wheel with rate w meets an elastic latch after 0.1 s: the torque is at most w sqrt(J k)."""
     J, w, k = 0.4, 2.0, 160.0
     system = System()
     system.add(parts.RigidBody(motion="spin", inertia=J, axis=(0.0, 0.0, 1.0), rate=-w), "wheel")
@@ -42,7 +42,7 @@ def hinge() -> Bounce:
 
 
 def slide() -> Bounce:
-    """The same of a travel: v sqrt(m k)."""
+    """The same for a travel: the force is at most v sqrt(m k)."""
     m, v, k = 2.0, 0.5, 800.0
     system = System()
     system.add(parts.Point(mass=m, position=(0.0, 1.0, 0.0), velocity=(-v, 0.0, 0.0)), "mass")
@@ -66,12 +66,12 @@ def spring() -> Bounce:
 
 
 def cord() -> Bounce:
-    """The same with one that only pulls."""
+    """The same with a cord, which only pulls."""
     return _loaded(slack=True)
 
 
 def thread() -> Bounce:
-    """The same of the tip of a thread on a reel."""
+    """The same for the tip mass of a thread on a reel."""
     m, k, F = 0.5, 200.0, 3.0
     system = System()
     drive = parts.ConstantDrive(rate=0.0, angle=10.0)
@@ -84,7 +84,7 @@ def thread() -> Bounce:
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("make", [hinge, slide, spring, cord, thread])
 def test_a_peak_between_samples_is_that_of_the_closed_form(make: Callable[[], Bounce], method: str) -> None:
-    """Samples that are nearly a period apart miss it, and many give the same."""
+    """Samples that are nearly a period apart miss the peak; results do not depend on the sampling."""
     of = make()
     settings: dict[str, Any] = {"method": method, "until": 1.8 * of.period, "fine": False}
     settings |= {} if method == "dopri5" else {"step": of.period / 400.0}
@@ -99,8 +99,8 @@ def test_a_peak_between_samples_is_that_of_the_closed_form(make: Callable[[], Bo
         assert coarse[name] == pytest.approx(fine[name], rel=1e-3, abs=1e-3 * of.peak)
 
 
-def test_all_that_reads_extremes_reads_those_over_all_steps(tmp_path: pathlib.Path) -> None:
-    """Limits of a run, a run that is read again, variants, dispersions, and the table."""
+def test_limits_studies_and_files_use_extremes_over_all_steps(tmp_path: pathlib.Path) -> None:
+    """Limits of a run, kept values, a run that is read from a file, and variants."""
     of = hinge()
     settings: dict[str, Any] = {"until": 1.8 * of.period, "every": 0.9 * of.period, "fine": False}
     limited = of.system.copy()
@@ -122,7 +122,7 @@ def test_all_that_reads_extremes_reads_those_over_all_steps(tmp_path: pathlib.Pa
 
 
 def test_extremes_along_a_part_are_those_of_its_entries() -> None:
-    """Of the cords of a net each its own; of all the largest tension."""
+    """The extremes of one cord of a net are those of its own entry."""
     found = Variable(("time", "cord"), np.zeros((3, 2)), "N", "tension", np.array([[-1.0, -2.0], [1.0, 5.0]]))
     assert found.isel({"cord": 1}).extremes.tolist() == [-2.0, 5.0]
     assert found.isel({"time": [0]}).extremes is found.extremes

@@ -1,4 +1,4 @@
-"""What explicit methods leave out for rods: products by zeros of a stiffness, bodies on which no constraint acts."""
+"""Explicit methods for rods: products with diagonal stiffness matrices, and projections of constrained bodies alone."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Array = np.ndarray
 
 
 def jointed() -> System:
-    """A rod on a spherical joint at its root, with a body on another one at its tip, which a third one holds."""
+    """A rod with spherical joints at its root and to a body at its tip; a third joint holds the body."""
     system = System(gravity=(0.0, -9.81, 0.0))
     system.add(parts.Rod(length=1.0, section=STRIP, material=RUBBER, elements=4), "rod")
     system.add(parts.RigidBody(mass=0.3, inertia=(1e-3, 2e-3, 3e-3), position=(1.1, 0.0, 0.0)), "body")
@@ -27,7 +27,7 @@ def jointed() -> System:
 
 
 def disturbed(y: Array, bodies: Array, which: list[int], size: float) -> Array:
-    """A state with other places, attitudes and velocities of some bodies."""
+    """A state with random changes of the positions, attitudes and velocities of some bodies."""
     rng, found = np.random.default_rng(3), y.copy()
     for b in which:
         q, v = int(bodies["iq"][b]), int(bodies["iv"][b])
@@ -36,7 +36,7 @@ def disturbed(y: Array, bodies: Array, which: list[int], size: float) -> Array:
     return found
 
 
-def test_rates_do_not_depend_on_whether_zeros_of_a_stiffness_are_multiplied() -> None:
+def test_a_diagonal_stiffness_gives_the_same_rates_as_a_full_one() -> None:
     assembly = jointed().assemble()
     model, rates = assembly.model, []
     assert np.all(model.rod_elements["uncoupled"] == 1)
@@ -50,8 +50,8 @@ def test_rates_do_not_depend_on_whether_zeros_of_a_stiffness_are_multiplied() ->
     assert rates[0].tobytes() == rates[1].tobytes()
 
 
-def test_a_projection_moves_bodies_that_constraints_hold_and_no_others() -> None:
-    """The body has two sides; gaps fall by the square of the disturbance, rates vanish."""
+def test_a_projection_moves_only_bodies_with_constraints() -> None:
+    """Gaps and rates of the constraints vanish; the body has two joints."""
     assembly = jointed().assemble()
     model, s = assembly.model, assembly.s
     nodes, body = [*range(model.bodies.size - 6, model.bodies.size - 1)], model.bodies.size - 1

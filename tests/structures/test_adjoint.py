@@ -156,8 +156,8 @@ def test_colours_of_a_plate_follow_from_its_elements() -> None:
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.1])
-def test_matrices_between_few_steps_give_what_each_step_gives(damping: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of a smooth motion, in an eighth of the evaluations."""
+def test_interpolated_matrices_give_the_same_derivatives(damping: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A smooth motion; windows reach their largest size."""
     system, samples = masses_in_a_row(4), sample_times(0.04)
     system = system.with_values({f"s{k}.damping": damping for k in range(4)})
     assembly, counts = system._assembled(), []
@@ -179,7 +179,7 @@ def test_matrices_between_few_steps_give_what_each_step_gives(damping: float, mo
 
 
 def test_forces_with_kinks_are_evaluated_in_each_step() -> None:
-    """Of springs that only pull, and of stops."""
+    """Cords, which only pull, and motors."""
     assert are_smooth(masses_in_a_row(2)._assembled().model)
     slack = masses_in_a_row(2)
     slack.add(parts.Spring(a="m0", b="m1", stiffness=10.0, length=2.0, slack=True), "cord")
@@ -188,8 +188,8 @@ def test_forces_with_kinks_are_evaluated_in_each_step() -> None:
     assert not are_smooth(stopped._assembled().model)  # of a motor
 
 
-def test_all_entries_of_the_matrix_of_a_step_are_in_its_columns() -> None:
-    """No tangent has an entry outside of those that are multiplied by."""
+def test_columns_contain_all_entries_of_a_tangent() -> None:
+    """No entry of the tangent outside the columns is nonzero."""
     assembly = swinging_pair()._assembled()
     room = matrix_for(assembly)
     _, _, place = columns_of(equations_of(assembly), room)

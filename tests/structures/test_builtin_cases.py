@@ -26,9 +26,9 @@ from families.rows import FAMILIES, Row, set_kinds
 from layout import faults
 
 NAMES = [name for name in cases.built_in() if cases.content_of(name)["system"] == "structure"]
-#: Kinds of parts of each.
+#: Kinds of parts in each case.
 KINDS = {name: {part["kind"] for part in cases.content_of(name)["parts"].values()} for name in NAMES}
-#: Of each kind the case with the fewest parts: what holds of every kind is tested with the others in a release.
+#: For each kind the case with the fewest parts; tests of properties of each kind use the other cases in a release only.
 OF_KINDS = {
     min((name for name in NAMES if kind in KINDS[name]), key=lambda name: (len(cases.content_of(name)["parts"]), name))
     for kind in set().union(*KINDS.values())

@@ -310,9 +310,11 @@ def test_values_of_the_adjoint_follow_from_samples_and_events(name: str, method:
 
 
 def test_the_adjoint_of_an_extreme_between_samples_is_refused() -> None:
-    """The rate is largest as the latch locks; at the samples it is smaller, and has other derivatives."""
+    """The rate is largest when the latch locks; at the samples it is smaller and has other derivatives."""
     settings: dict[str, Any] = {"until": 1.5, "step": 0.01, "method": "generalized-alpha"}
-    with pytest.raises(InputError, match=r"rate.abs_max' is not supported, which is .* over all steps and .*'forward'"):
+    with pytest.raises(
+        InputError, match=r"rate.abs_max' is not supported: the value is .* over all steps and .*'forward'"
+    ):
         hinge().sensitivity("hinge.rate.abs_max", ["hinge.stiffness"], mode="adjoint", **settings)
     value = hinge().sensitivity("hinge.rate.abs_max", ["hinge.stiffness"], mode="forward", **settings).dataset
     assert value.result.item() == pytest.approx(math.sqrt(2.0 * (1.2**2 - 0.2**2) / 0.5), rel=1e-3)

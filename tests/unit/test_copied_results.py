@@ -1,4 +1,4 @@
-"""What is kept of copies that have ended together has the bits of single runs."""
+"""Kept values of copies that are evaluated together are bitwise equal to those of single runs."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from evolvent.analysis.many_runs import ManyRuns
 from evolvent.results.kept import stored_name
 from evolvent_base.errors import RunFailed
 
-#: What is kept of the case, and whether it follows from the states of copies, so that many are evaluated at once.
+#: Kept values of the case, and whether they depend on the states alone, so that copies are evaluated together.
 KEPT = [
     ("hinge 1.torque.max", True),
     ("hinge 1.torque.mean", True),
     ("hinge 1.latch_torque.max", True),
     ("panel 1.position.x.last", True),
     ("energy.last", True),
-    ("energy_defect.last", False),  # which counts from the start of each
-    ("hinge 1.latch_time.last", False),  # which is that of an event
-    ("hinge 1.latch_torque_peak.last", False),  # which the run writes into its model
+    ("energy_defect.last", False),  # relative to the start of each copy
+    ("hinge 1.latch_time.last", False),  # the time of an event
+    ("hinge 1.latch_torque_peak.last", False),  # needs the latch event
 ]
 
 
 def body(**settings: Any) -> System:
-    """A body on a spring, which explicit steps suit."""
+    """A body on a spring, for which an explicit method is chosen."""
     system = System(settings={"until": 0.5, "every": 0.05, **settings})
     system.add(parts.RigidBody(mass=2.0, inertia=(0.1, 0.2, 0.3), position=(0.0, 0.0, 0.1)), "hub")
     system.add(parts.Spring(a="hub", b=(0.0, 0.0, 1.0), stiffness=100.0, length=0.5), "spring")
@@ -40,7 +40,7 @@ def array() -> System:
 
 
 @pytest.mark.parametrize(("name", "together"), KEPT)
-def test_kept_of_copies_is_that_of_single_runs(array: System, name: str, together: bool) -> None:
+def test_kept_values_of_copies_equal_those_of_single_runs(array: System, name: str, together: bool) -> None:
     points = [{"hinge 1.stiffness": 0.2 * share, "panel 1.mass": 4.0 / share} for share in (0.9, 1.0, 1.05, 1.1)]
     runs = ManyRuns(array, [name], array._run_settings({}))
     found = list(runs.kept(points, None))
@@ -53,7 +53,7 @@ def test_kept_of_copies_is_that_of_single_runs(array: System, name: str, togethe
 
 
 @pytest.mark.parametrize("name", ["hub.position.z.last", "hub.velocity.z.at(0.33 s)", "spring.force.max", "energy.max"])
-def test_kept_of_explicit_copies_is_that_of_single_runs(name: str) -> None:
+def test_kept_values_of_explicit_copies_equal_those_of_single_runs(name: str) -> None:
     system = body()
     values = {"hub.mass": [1.0, 2.0, 2.5, 3.0], "spring.stiffness": [90.0, 100.0, 110.0, 120.0]}
     found = evolvent.simulate_many(system, values, [name], workers=1)
@@ -64,7 +64,7 @@ def test_kept_of_explicit_copies_is_that_of_single_runs(name: str) -> None:
 
 @pytest.mark.parametrize("method", ["rk4", "dopri5"])
 def test_extremes_of_copies_are_those_of_all_their_steps(method: str) -> None:
-    """Copies side by side, of which one sample of three misses the peaks; each has its own."""
+    """Copies side by side with coarse samples, which miss the peaks."""
     system = body(method=method, until=0.9, every=0.3, **({"step": 0.01} if method == "rk4" else {}))
     stiffness = np.linspace(60.0, 140.0, 20)
     name = "spring.force.min"
@@ -76,8 +76,8 @@ def test_extremes_of_copies_are_those_of_all_their_steps(method: str) -> None:
     assert found[np.abs(stiffness - 100.0).argmin()] < samples.min() - 0.01
 
 
-def test_balance_of_a_copy_that_does_not_close_is_its_reason() -> None:
-    """Copies are judged together without round-off; one that may not close is judged as a single run is."""
+def test_a_copy_whose_balance_does_not_close_fails_as_a_single_run_does() -> None:
+    """Balances of copies are checked together; a copy whose balance may not close is checked as a single run is."""
     system = body(method="rk4", step=0.01, until=5.0)
     values = {"spring.stiffness": [90.0, 100.0, 20000.0, 110.0]}
     found = evolvent.simulate_many(system, values, ["hub.position.z.last"], workers=1)
@@ -87,8 +87,8 @@ def test_balance_of_a_copy_that_does_not_close_is_its_reason() -> None:
     assert str(refused.value) == str(found.reason.values[2])
 
 
-def test_parameters_are_seen_where_memory_was_handed_out_before() -> None:
-    """Copies wait to be placed until their memory is seen; from then on they stand at their start at once."""
+def test_a_view_of_the_states_shows_parameters_set_later() -> None:
+    """Resets are delayed until views of the memory exist; later ones are immediate."""
     batch = body().batch(2, workers=1)
     states = batch.states
     batch.run(0.2)

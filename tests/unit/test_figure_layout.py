@@ -138,8 +138,8 @@ def test_powers_at_logarithmic_axes_are_plain_text():
     assert not any("$" in text for text in words)
 
 
-def test_one_tick_draws_what_single_ticks_do():
-    """Of linear axes with a power of ten beside them, of logarithmic ones with minor ticks, and of a map."""
+def test_shared_ticks_draw_the_same_picture():
+    """Linear axes with a common power of ten, logarithmic axes with minor ticks, and a map."""
     x = np.linspace(1.0, 30.0, 30)
     panels = [
         Panel(x_label="time, s", y_label="", lines=[Line(x=x, y=1e7 * np.sin(x), label="sine")]),

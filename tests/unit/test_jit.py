@@ -549,7 +549,7 @@ def test_a_law_may_count_from_the_end():
 
 @compiled_only
 def test_threads_may_load_the_same_functions_at_once():
-    """As a server does that opens two results; one of them found functions closed to compilation."""
+    """Loading from several threads, as in a server, must not fail with 'compilation disabled'."""
     system = System()
     system.add(parts.Point(mass=1.0, position=(2.0, 0.0, 0.0)))
     models = [system.assemble().model for _ in range(8)]

@@ -67,7 +67,7 @@ def test_no_function_and_no_table_names_many_families() -> None:
     found = []
     for path in sorted(ROOT.rglob("*.py")):
         text = path.read_text(encoding="utf-8")
-        if sum(name in text for name in names) < SEVERAL:  # reading the whole as code takes a hundred times as long
+        if sum(name in text for name in names) < SEVERAL:  # parsing all files takes a hundred times as long
             continue
         for one in pieces(ast.parse(text)):
             if len(named(one, names)) >= SEVERAL:

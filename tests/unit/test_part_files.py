@@ -230,8 +230,8 @@ def test_every_kind_is_tried_above() -> None:
     assert there - tried == {parts.Reel} & there
 
 
-def test_sources_say_where_parts_are() -> None:
-    """What they say is what the modules have: parts with a kind, and the sections that are named for users."""
+def test_sources_declare_all_parts() -> None:
+    """The search of the sources finds the same classes as imports: parts with a kind, and sections in `__all__`."""
     shared = [importlib.import_module(f"{parts.__name__}.{one.name}") for one in pkgutil.iter_modules(parts.__path__)]
     found: dict[str, type] = {}
     for module in (*shared, *family_registry.beside("part")):
@@ -241,8 +241,8 @@ def test_sources_say_where_parts_are() -> None:
         found |= {name: one for name, one in sections.items() if kind_of(one) or name in named}
     assert parts.__all__ == sorted(found) == dir(parts)
     assert all(getattr(parts, name) is value for name, value in found.items())
-    assert {place.kind for place in parts.places().values()} - {""} == {kind_of(one) for one in found.values()} - {""}
-    assert not hasattr(parts, "Reference")  # named for users by its module, but no section
+    assert {one.kind for one in parts.definitions().values()} - {""} == {kind_of(one) for one in found.values()} - {""}
+    assert not hasattr(parts, "Reference")  # in the `__all__` of its module, but not a section
 
 
 def test_a_body_written_by_hand() -> None:

@@ -56,7 +56,7 @@ def test_many_different_rows_are_ranges():
     assert [one.value for one in found.quantities] == [1.0, 6.0, 10.0, 60.0]
 
 
-def test_a_largest_value_is_that_of_all_steps_where_it_is_known() -> None:
+def test_a_largest_value_is_taken_over_all_steps_where_known() -> None:
     """A slide whose latch acts for some milliseconds, sampled ten times a second."""
     system = System()
     system.add(parts.RigidBody(mass=1.0, inertia=1.0, position=(1.0, 0.0, 0.0)), "mass")
@@ -73,7 +73,7 @@ def test_a_largest_value_is_that_of_all_steps_where_it_is_known() -> None:
     assert abs(largest) == pytest.approx(float(run["spring"].latch_force_peak[-1]), rel=1e-2)
     assert abs(largest) > 2.0 * float(np.abs(run["spring"].force).max())
     assert re.search(r" near 0\.\d+ s$", row().value)
-    del run["spring"].force.attrs["extremes"]  # as of a force of which they are not known
+    del run["spring"].force.attrs["extremes"]  # as if they were not known
     assert "largest of the samples" in row().value
 
 

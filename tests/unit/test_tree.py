@@ -47,7 +47,7 @@ def test_variables_of_a_part_are_made_when_one_is_asked_for(observed):
     assert observed == ["bob", "spring"]
 
 
-def test_groups_have_coordinates_before_the_root_is_made() -> None:
+def test_groups_inherit_coordinates_before_the_root_is_made() -> None:
     found, whole = run(), run()
     assert whole.attrs["status"] == "success"
     xr.testing.assert_identical(found["bob"]["position"], whole["bob"]["position"])

@@ -159,7 +159,7 @@ def content(drawn: Any, kind: str) -> bytes:
 
 
 def _points(drawn: Any) -> tuple[np.ndarray, float]:
-    """One of matplotlib's figures as points (height, width, 4) uint8, and how many of them are in an inch."""
+    """A figure of matplotlib as RGBA pixels (height, width, 4) uint8, and its resolution in pixels per inch."""
     with sheets.mpl.rc_context(STYLE):
         canvas = sheets.FigureCanvasAgg(drawn)
         canvas.draw()
@@ -167,7 +167,7 @@ def _points(drawn: Any) -> tuple[np.ndarray, float]:
 
 
 def _png_file(points: np.ndarray, dpi: float) -> bytes:
-    """Points as the content of a PNG file, which is not transparent."""
+    """RGBA pixels as the content of an opaque PNG file."""
     file = io.BytesIO()
     runs_of_equal_points: Any = {"compress_type": 3, "compress_level": 4}  # half the time, a tenth more bytes
     sheets.Image.fromarray(points).convert("RGB").save(file, format="png", dpi=(dpi, dpi), **runs_of_equal_points)

@@ -1,4 +1,4 @@
-"""Ticks of axes: numbers as plain text, and one tick for all of an axis, each of which took half of the time."""
+"""Ticks of axes, drawn faster: plain text instead of mathtext, and one tick object for all ticks of an axis."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ else:
 
 #: Ratio of the ends of a logarithmic axis above which powers of ten alone have ticks: others take half of the time.
 _DECADES = 1e3
-#: What the place of a tick may be outside the ends of an axis, beside its length, as matplotlib has it.
+#: Distance of a tick outside the ends of an axis that is round-off, relative to the length of the axis (as matplotlib).
 _ROUND_OFF = 1e-10
 
 
@@ -83,20 +83,21 @@ def _powers(*, few: bool) -> Any:
 
 
 def share_ticks(axis: Any) -> None:
-    """Draw all ticks of an axis, of a type (major or minor), by one that is moved from place to place.
+    """Draw all major ticks of an axis with one tick object, which is moved, and all minor ticks with another one.
 
-    matplotlib makes three lines and two texts for each place, which takes longer than drawing them. What is drawn is
-    the same. An axis whose single ticks are asked for (`get_xticklabels` and the like) has them, and is drawn by them.
+    matplotlib creates three lines and two texts for each tick, which takes longer than drawing them. The picture is
+    the same. If the single ticks of the axis are requested (`get_xticklabels` and the like), matplotlib creates them,
+    and draws them as usual.
 
     Parameters
     ----------
     axis : x or y axis of matplotlib
     """
-    axis.draw = functools.partial(_draw, axis, axis.draw)
+    axis.draw = functools.partial(_draw_axis, axis, axis.draw)
 
 
-def _draw(axis: Any, draw: Any, renderer: Any) -> None:
-    """Draw an axis as matplotlib does, each tick in turn; by `draw` where it has several of one type."""
+def _draw_axis(axis: Any, draw: Any, renderer: Any) -> None:
+    """Draw an axis as matplotlib does, with one tick object; call `draw` if the axis has several tick objects."""
     if len(axis.majorTicks) > 1 or len(axis.minorTicks) > 1:
         draw(renderer)
         return
@@ -105,9 +106,10 @@ def _draw(axis: Any, draw: Any, renderer: Any) -> None:
     renderer.open_group("matplotlib.axis", gid=axis.get_gid())
     numbers = axis.get_major_formatter()
     boxes: tuple[list[Any], list[Any]] = [], []
-    for tick in _placed(axis):
+    for tick in _ticks_in_view(axis):
         for label, found in zip((tick.label1, tick.label2), boxes, strict=True):
-            if numbers.get_offset() and label.get_visible() and label.get_in_layout():  # it stands beside the labels
+            # the offset text is placed beside the labels
+            if numbers.get_offset() and label.get_visible() and label.get_in_layout():
                 found.append(label.get_window_extent(renderer))
         tick.draw(renderer)
     axis._update_label_position(renderer)
@@ -119,8 +121,8 @@ def _draw(axis: Any, draw: Any, renderer: Any) -> None:
     axis.stale = False
 
 
-def _placed(axis: Any) -> Iterator[Any]:
-    """The tick of an axis at each place within its ends, major ones first."""
+def _ticks_in_view(axis: Any) -> Iterator[Any]:
+    """The tick object of an axis, moved to each location in view: major ticks, then minor ones."""
     low, high = sorted(axis.get_transform().transform(axis.get_view_interval()))
     room = _ROUND_OFF * (high - low)
     for locator, formatter, places, ticks in (

@@ -209,7 +209,7 @@ def test_deviations_cover_the_truth(kind: str) -> None:
 @pytest.mark.release
 @pytest.mark.parametrize("kind", KINDS)
 def test_deviations_cover_the_truth_in_95_per_cent(kind: str) -> None:
-    """Of 200 records; 40 of each kind always are checked above."""
+    """200 records of each kind of times; the test above checks 40 of each in every run."""
     inside = np.abs(scores(KINDS[kind], 200)) < 2.0
     assert 0.93 <= inside.mean() <= 0.975  # 800 numbers, most of them independent: 0.954 ± 0.008
     assert inside.mean(axis=0).min() > 0.90  # 200 numbers: 0.954 ± 0.015

@@ -1,4 +1,4 @@
-"""Verdicts that are stored with the package, which longer tests find again."""
+"""Verdicts that are stored with the package; release tests compute them again."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from evolvent_papers.laboratory.book import Band, Comparison, Verdict
 
 
 def stored(name: str) -> Verdict:
-    """What `evolvent validate NAME -o` has written into the package."""
+    """Verdict of a set as `evolvent validate NAME -o` has written it into the package."""
     held = json.loads((credibility.DATA / "verdicts" / f"{name}.json").read_text(encoding="utf-8"))
     found = []
     for one in held["comparisons"]:

@@ -13,7 +13,7 @@ from evolvent_papers.papers.ledger import Claim
 
 ALL = ledger.every()
 QUICK = [one for one in ALL if one.measure and one.seconds <= ledger.QUICK]
-#: Those of them that take longest; a verdict is tested on the stored numbers always.
+#: Claims whose measurements take longest and run in release tests only; verdicts on stored numbers are always tested.
 LONG = (
     "stand-accuracy",
     "stand-euler-angles",

@@ -206,7 +206,7 @@ def main() -> int:
     for name in LOADED:
         importlib.import_module(f"evolvent_studio.{name}")
     importlib.import_module("evolvent.cases").system(SYSTEM)
-    [*importlib.import_module("evolvent.parts.registry").kinds().values()]  # which are loaded as they are asked for
+    [*importlib.import_module("evolvent.parts.registry").kinds().values()]  # loads all modules of parts
     importlib.import_module("evolvent.analysis.margins.evaluation")
     startup.load_drawing()
     if len(os.listdir("/proc/self/task")) > 1:  # a fork has one thread, and what others hold is held for ever

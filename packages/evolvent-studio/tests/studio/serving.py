@@ -49,8 +49,8 @@ LONG = SHORT.replace("nodes: 6}", "nodes: 20, stiffness: 1e8 N/m, damping: 0.1 N
 ABSENT: list[str] = []
 #: Longest wait for a page, ms.
 WAIT = 120_000
-#: Waits for the entry of a list, which a redrawn page may have closed, ms: short ones first, longer ones for a slow
-#: machine.
+#: Timeouts for an entry of a list, ms, tried in turn: a redrawn page may have closed the list, and slow machines need
+#: more time.
 TRIES = (1_000, 2_000, 4_000, 8_000, 16_000, 32_000)
 
 

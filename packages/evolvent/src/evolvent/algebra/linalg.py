@@ -105,7 +105,7 @@ def banded_solve_vectors(A, first, n, w, x, at):
     for i in range(n):
         j = at + 3 * i
         a, b, c = x[j], x[j + 1], x[j + 2]
-        for k in range(min(i, w), 0, -1):  # what has been found last comes last, which nothing then waits for
+        for k in range(min(i, w), 0, -1):  # the latest result last, so that other products need not wait for it
             m, j = A[first + i, k], at + 3 * (i - k)
             a -= m * x[j]
             b -= m * x[j + 1]

@@ -9,5 +9,5 @@ import lazy_loader as lazy
 if TYPE_CHECKING:
     from evolvent.analysis import clearance as clearance
 
-# what most runs are not asked for, and may be asked for on threads: these import it one at a time
+# imported on first use, which most runs do not need; import locks make this safe on several threads
 __getattr__, __dir__, __all__ = lazy.attach(__name__, submodules=["clearance"])

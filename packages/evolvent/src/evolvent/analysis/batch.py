@@ -134,13 +134,13 @@ class Batch:
         self._place(self._chosen(mask))
 
     def _place(self, which: Array) -> None:
-        """Put copies at the start, with what is their own; inputs are zero. Until their memory is seen they wait."""
+        """Reset copies to the start, with their own values and zero inputs; delayed until copies are accessed."""
         self._waiting[which] = True
         if self._is_seen:
             self._placed()
 
     def _placed(self, *, seen: bool = False) -> Copies:
-        """The copies, none of which waits to be placed; `seen` where their memory is handed out."""
+        """The copies, after delayed resets; `seen`: views of their memory exist from now on, resets are immediate."""
         self._is_seen |= seen
         which = np.flatnonzero(self._waiting)
         if which.size:

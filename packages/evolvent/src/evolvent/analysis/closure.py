@@ -100,7 +100,7 @@ def unresolved_captures(solution: Solution) -> str:
 
 
 def _of_kind(assembly: Assembly, kind: str) -> list[tuple[str, Any]]:
-    """Names and parts of a kind, whose class need not be loaded where there are none."""
+    """Names and parts of a kind, found without loading the class of that kind."""
     return [(name, part) for name, part in assembly.parts.items() if kind_of(type(part)) == kind]
 
 

@@ -1,4 +1,4 @@
-"""What is kept of copies of a run, evaluated of many at once where it depends on their states alone."""
+"""Kept values of copies of a run, evaluated for many copies together if they depend on the states alone."""
 
 from __future__ import annotations
 
@@ -26,35 +26,36 @@ from evolvent.solvers.time.run import FINISHED
 from evolvent_base.errors import InputError
 
 Array = np.ndarray
-#: Fewest copies that are evaluated together, and most samples of these.
-LEAST, MOST = 2, 10_000
-#: What a method has kept of its samples that few results need; others find it one by one.
+#: Smallest number of copies that are evaluated together, and largest number of their samples.
+LEAST_COPIES, MOST_SAMPLES = 2, 10_000
+#: Stored quantities of samples that few results need; values that need them are evaluated copy by copy.
 _LEFT_OUT = ("acceleration", "la", "points")
 
 
 class CopiedResults:
-    """What is kept of copies that have ended.
+    """Kept values of copies that have ended.
 
     Parameters
     ----------
     copies : Copies
-    varied, parameters : VariedRun and BatchParameters, what copies have of their own
-    keep : names of what is kept
+    varied, parameters : VariedRun and BatchParameters, the parameters in which copies differ
+    keep : names of the values that are kept
     why : str, why the method was taken
     shared : what variants share (`Assembly.shared`)
 
     Attributes
     ----------
     copies : Copies
-    model : that takes the values of a copy
-    which : (k,) int, copies whose samples are evaluated together; values : what was evaluated of them
+    model : Model, to which the values of a copy are written before it is evaluated
+    which : (k,) int, copies whose samples are evaluated together
+    values : fields of records at these samples, by solution and families
 
     Notes
     -----
-    Samples of copies are then those of one solution, of which compiled code evaluates each by the model of its copy.
-    That nothing else is read is found by evaluating them again with NaN in the place of all in which the models of
-    copies have differed by now, with parts of other copies, and with NaN in the place of the states of the copy before.
-    Events of a copy cannot be read.
+    The samples of all copies form one solution, and compiled code evaluates each sample with the model of its copy.
+    This is correct if Python code reads nothing of a copy but its samples. It is verified by further evaluations, which
+    must give the same bits: with NaN for all numbers in which models of copies differ, with the parts of other copies,
+    and with NaN for the samples of the first copy. Events of copies cannot be read.
     """
 
     def __init__(
@@ -77,7 +78,7 @@ class CopiedResults:
 
     @functools.cached_property
     def moves(self) -> Array:
-        """What moves from the first copy, which was placed, to the model, as of `evaluate_samples_of_copies`."""
+        """Memory that is copied from copy 0 to `model`, (n, 3) int, as of `evaluate_samples_of_copies`."""
         first = self.copies.memory.views(self.copies.blocks[0])["model"]
         found = np.array(self.model.moves(first), dtype=np.int64).reshape(-1, 3)
         assert not np.any(found[:, 2] % WORD)
@@ -85,25 +86,30 @@ class CopiedResults:
         return found
 
     def of(self, which: Array) -> dict[int, Kept]:
-        """What is kept of copies that have ended with success; of those that are left out it must be found one by one.
+        """Kept values of copies that have ended with success.
+
+        Parameters
+        ----------
+        which : (k,) int, numbers of the copies
 
         Returns
         -------
         dict
-            By the number of the copy. The attributes have no statistics.
+            Kept values by number of the copy, without statistics. Copies that are missing must be evaluated by the
+            caller.
         """
         if not self._is_local:
             return {}
-        found, size = dict[int, Kept](), max(LEAST, MOST // self._at.size)
+        found, size = dict[int, Kept](), max(LEAST_COPIES, MOST_SAMPLES // self._at.size)
         for first in range(0, which.size, size):
             some = which[first : first + size]
-            together = self._together(some)
-            own = ((k, self._alone(k)) for k in some.tolist()) if together is None else together.items()
+            together = self._kept_of_all(some)
+            own = ((k, self._kept_of_one(k)) for k in some.tolist()) if together is None else together.items()
             found |= {k: one for k, one in own if one is not None}
         return found
 
-    def _alone(self, k: int) -> Kept | None:
-        """What is kept of a copy, by a model and parts of its own; None where that is refused."""
+    def _kept_of_one(self, k: int) -> Kept | None:
+        """Kept values of one copy, with its own model and parts; None if they are refused."""
         for to, of, size in self.moves.tolist():
             ctypes.memmove(to, of + k * self.copies.memory.size, WORD * size)
         own = self._solution(np.array([k]), *self.copies.events(k))
@@ -119,19 +125,19 @@ class CopiedResults:
         variables = {name: xr.Variable(one.dims, one.values.copy(), one.attrs) for name, one in found.variables.items()}
         return dataclasses.replace(found, variables=variables)
 
-    def _together(self, which: Array) -> dict[int, Kept] | None:
-        """What is kept of copies by one evaluation; None where it depends on more than their states."""
-        if which.size < LEAST or not self._is_of_states:
+    def _kept_of_all(self, which: Array) -> dict[int, Kept] | None:
+        """Kept values of copies by one evaluation; None if they depend on more than the states."""
+        if which.size < LEAST_COPIES or not self._is_of_states:
             return None
         solution, self.which, self.values = self._solution(which), which, {}
-        found = self._kept(solution)
-        self._is_of_states = found is not None and self._is_proven(which, solution, found)
+        found = self._variables(solution)
+        self._is_of_states = found is not None and self._depends_on_states_alone(which, solution, found)
         if found is None or not self._is_of_states:
             return None
-        return dict(zip(which.tolist(), self._apart(found, which.size), strict=True))
+        return dict(zip(which.tolist(), self._split(found, which.size), strict=True))
 
     def _solution(self, which: Array, event_times: Any = None, event_kinds: Any = None) -> Solution:
-        """Samples of copies, one copy after the other, as those of one solution; that of one copy has its events."""
+        """One solution with the samples of all copies, copy by copy; events are given for a single copy only."""
         copies, run, (status, message) = self.copies, self.copies.run, FINISHED
         left_out = () if event_times is not None else _LEFT_OUT if self._balances else (*_LEFT_OUT, "momenta")
         at = np.repeat(self._at[None], which.size, axis=0)
@@ -154,8 +160,8 @@ class CopiedResults:
             **own,
         )
 
-    def _kept(self, solution: Solution) -> Kept | None:
-        """Variables over the samples of all copies; None where they cannot be evaluated."""
+    def _variables(self, solution: Solution) -> Kept | None:
+        """Variables over the samples of all copies; None if they cannot be evaluated."""
         try:
             found = kept_of(
                 solution,
@@ -165,31 +171,33 @@ class CopiedResults:
                 why=self._why,
                 view_of=functools.partial(_CopiesView, self),
             )
-        except Exception:  # noqa: BLE001  (whatever a number that is none makes of an evaluation)
+        except Exception:  # noqa: BLE001  (NaN may cause any error)
             return None
         if found.missing or any(one.dims[:1] != ("time",) for one in found.variables.values()):
             return None
         return found
 
-    def _is_same(self, solution: Solution, found: Kept, other: Mapping[str, Any]) -> bool:
-        """Whether the same is kept with something else in the place of the model or the parts of the assembly."""
-        again = self._kept(dataclasses.replace(solution, assembly=dataclasses.replace(solution.assembly, **other)))
+    def _is_unchanged(self, solution: Solution, found: Kept, other: Mapping[str, Any]) -> bool:
+        """Whether variables have the same bits with another model or other parts (`other`) of the assembly."""
+        again = self._variables(dataclasses.replace(solution, assembly=dataclasses.replace(solution.assembly, **other)))
         return again is not None and _bits(again) == _bits(found)
 
-    def _is_proven(self, which: Array, solution: Solution, found: Kept) -> bool:
-        """Whether what is kept follows from the states of each copy; what was found of others is not found again."""
-        if self._differs_more(which) and not self._is_same(solution, found, {"model": self._poisoned()}):
+    def _depends_on_states_alone(self, which: Array, solution: Solution, found: Kept) -> bool:
+        """Whether variables depend on the states of each copy alone; only differences that are new are tested."""
+        if self._has_new_differences(which) and not self._is_unchanged(
+            solution, found, {"model": self._model_with_nan()}
+        ):
             return False
         if self._proven == len(self._varied.parts):
             return True
         self._proven, count = len(self._varied.parts), self._at.size
-        if not all(self._is_same(solution, found, {"parts": dict(one)}) for one in self._varied.parts):
+        if not all(self._is_unchanged(solution, found, {"parts": dict(one)}) for one in self._varied.parts):
             return False
-        behind = self._kept(_without(self._solution(which), count))
+        behind = self._variables(_with_nan_before(self._solution(which), count))
         return behind is not None and _bits(behind, count) == _bits(found, count)
 
-    def _differs_more(self, which: Array) -> bool:
-        """Whether models of copies differ from that of the run in numbers in which none has differed before."""
+    def _has_new_differences(self, which: Array) -> bool:
+        """Whether models of copies differ from that of the run in numbers in which no copy has differed before."""
         grown = False
         for one in self._words:
             own = one.of[which]
@@ -201,8 +209,8 @@ class CopiedResults:
                 one.other[differ] = own[last, np.arange(last.size)][differ]
         return grown
 
-    def _poisoned(self) -> Any:
-        """A model with NaN in the place of all numbers in which copies have differed; integers are those of a copy."""
+    def _model_with_nan(self) -> Any:
+        """A model with NaN for all floats in which copies have differed; such integers have the value of one copy."""
         model = self.copies.run.model.copy()
         needs.note_alike(self.copies.run.model, model)
         for one in self._words:
@@ -211,17 +219,17 @@ class CopiedResults:
             np.ndarray(words.shape, np.int64, value.data)[:] = words
         return model
 
-    def _apart(self, found: Kept, count: int) -> Iterable[Kept]:
-        """What is kept of each of so many copies."""
+    def _split(self, found: Kept, count: int) -> Iterable[Kept]:
+        """Kept values of each of `count` copies."""
         t, size = self.copies.run.plan.times[self._at], self._at.size
         kept: list[dict[str, xr.Variable]] = [{} for _ in range(count)]
         for wanted, (name, how) in self._keep.items():
             own = found.variables[name]
             extremes = np.array(own.attrs[EXTREMES]) if EXTREMES in own.attrs else None
-            said = {key: value for key, value in own.attrs.items() if key != EXTREMES}
+            attrs_of_all = {key: value for key, value in own.attrs.items() if key != EXTREMES}
             for k, variables in enumerate(kept):
                 over = None if extremes is None else extremes[..., k]
-                values, attrs = reduced_values(own.values[k * size : (k + 1) * size], said, how, name, t, over)
+                values, attrs = reduced_values(own.values[k * size : (k + 1) * size], attrs_of_all, how, name, t, over)
                 variables[wanted] = xr.Variable(own.dims[1:], values, attrs)
         along = {dim: one for dim, one in found.coordinates.items() if dim != "time"}
         for variables in kept:
@@ -229,11 +237,11 @@ class CopiedResults:
 
 
 class _CopiesView(View):
-    """Samples of copies, one copy after the other, read by parts.
+    """View of a solution with the samples of several copies.
 
     Parameters
     ----------
-    results : CopiedResults, of the copies
+    results : CopiedResults
     solution, given : as of `View`
     """
 
@@ -244,7 +252,7 @@ class _CopiesView(View):
         self._of = results
 
     def _extremes(self, family: str) -> Array:
-        """As of all views, of the copies: (n, 2 m, k)."""
+        """As of all views, for each copy: (n, 2 m, k)."""
         copies, of = self._of.copies, super()._extremes(family)
         place = copies.memory.places["model", family]
         strides = (copies.blocks.strides[0], place.dtype.itemsize)
@@ -252,17 +260,17 @@ class _CopiesView(View):
         found = np.moveaxis(rows[EXTREMES][self._of.which], 0, -1)
         finite = np.isfinite(found)
         if np.any(finite != finite[..., :1]):
-            raise LookupError("the extremes of some copies alone are known")
+            raise LookupError("extremes are known for some copies only")
         return found
 
     def _model_apart(self) -> Any:
-        """As of all views; it takes the values of each copy."""
+        """As of all views: the model to which the values of each copy are written."""
         return self._of.model
 
     def _evaluate(
         self, s: Array, la: Array, factors: Array, model: Any, fields: tuple[Any, Array], values: Array
     ) -> None:  # fmt: skip
-        """As of all views, by the model of each copy."""
+        """As of all views, with the model of each copy."""
         of, key = self._of, (id(self.solution.y), tuple(fields[0].families))
         if key not in of.values:
             times, size = self.t[: self.t.size // of.which.size], of.copies.memory.size
@@ -275,29 +283,31 @@ class _CopiesView(View):
 
 
 class _Unknown:
-    """What is not known of several copies together: whatever is done with it raises an exception."""
+    """Placeholder for a quantity that several copies do not share: any use raises an exception."""
 
     def _refuse(self, *_: Any) -> Any:
-        raise LookupError("it is not known of several copies together")
+        raise LookupError("several copies do not share this quantity")
 
     __getattr__ = __getitem__ = __len__ = __iter__ = __array__ = __eq__ = __ne__ = __bool__ = _refuse
     __hash__ = None  # type: ignore[assignment]
 
 
 _UNKNOWN: Any = _Unknown()
-#: Bits of a number that is none.
+#: Bits of NaN.
 _NAN = int(np.array(np.nan).view(np.int64))
 
 
 class _Words(NamedTuple):
-    """An array of the models of copies, as words.
+    """An array of the models of copies, as 64-bit words.
 
     Attributes
     ----------
     name : str
-    of, nominal : (count, n) int of copies, and (n,) int of the run
-    other : (n,) int, the same, or those of a copy where they differ
-    is_float, differ : (n,) bool, whether they are floats, and whether those of a copy have differed
+    of : (count, n) int, words of each copy
+    nominal : (n,) int, words of the run
+    other : (n,) int, words of a copy where copies have differed from the run, else those of the run
+    is_float : (n,) bool, whether words are floats
+    differ : (n,) bool, whether words of a copy have differed from those of the run
     """
 
     name: str
@@ -309,7 +319,7 @@ class _Words(NamedTuple):
 
 
 def _words_of(copies: Copies) -> Iterator[_Words]:
-    """Arrays of the models of copies."""
+    """Arrays of the models of copies as words."""
     memory, blocks = copies.memory, copies.blocks
     for (struct, name, *others), place in memory.places.items():
         size = math.prod(place.shape) * place.dtype.itemsize
@@ -323,7 +333,7 @@ def _words_of(copies: Copies) -> Iterator[_Words]:
 
 
 def _is_float(dtype: np.dtype) -> Array:
-    """Which words of an entry of a type are floats."""
+    """Whether each word of an entry of a type is a float."""
     found = np.zeros(dtype.itemsize // WORD, dtype=bool)
     if dtype.names is None:
         found[:] = dtype.base.kind == "f"
@@ -333,8 +343,8 @@ def _is_float(dtype: np.dtype) -> Array:
     return found
 
 
-def _without(solution: Solution, count: int) -> Solution:
-    """A solution with NaN in the place of its first samples."""
+def _with_nan_before(solution: Solution, count: int) -> Solution:
+    """A solution with NaN in its first `count` samples, in place."""
     kept = () if solution.kept is None else solution.kept
     for values in (solution.y, *(one for one in kept if isinstance(one, np.ndarray))):
         if values.dtype.names is None:
@@ -345,7 +355,7 @@ def _without(solution: Solution, count: int) -> Solution:
 
 
 def _bits(kept: Kept, first: int = 0) -> list[Any]:
-    """Names, dimensions, attributes and bits of what is kept, from one of the samples on."""
+    """Names, dimensions, attributes and bits of variables, from sample `first` on."""
     timeless = {name: one for name, one in kept.coordinates.items() if name != "time"}
     return [
         *((name, one.dims, one.attrs, one.values[first:].tobytes()) for name, one in kept.variables.items()),

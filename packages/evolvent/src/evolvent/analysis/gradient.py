@@ -30,8 +30,8 @@ CHANGE, MOVE, RATE = 1e-6, 1e-5, 1e-4
 #: Second differences beside the largest first one, and beside values, from which on a kink is looked for, and what of
 #: them is left at half the distance.
 BENT, ROUND_OFF, KINK = 0.2, 1e-10, 0.4
-#: Part by which an extreme over all steps may be beside that of the samples, by whose derivative its own is found.
-BETWEEN = 1e-6
+#: Largest relative difference of an extreme over all steps from that of the samples, whose derivative is computed.
+EXTREME_TOLERANCE = 1e-6
 #: Keys of which each is tried alone, whether a value depends on it.
 FEW = 1
 #: Coordinates and rates of which each is tried, whether a value is a function of it.
@@ -255,10 +255,11 @@ def _seeds(solution: Solution, name: str, value: float, adjoint: Adjoint) -> tup
     series = _series(solution, variable)
     weights = _weights(series, solution.t, reduction)
     samples = np.flatnonzero(weights)
-    if reduction in EXTREME and abs(value - (seen := reduce(series, solution.t, reduction))) > BETWEEN * abs(value):
+    at_samples = reduce(series, solution.t, reduction) if reduction in EXTREME else value
+    if abs(value - at_samples) > EXTREME_TOLERANCE * abs(value):
         raise InputError(
-            f"the adjoint of {name!r} is not supported, which is {value:.6g} over all steps and {seen:.6g} at the "
-            f"samples; take mode 'forward', or more samples"
+            f"the adjoint of {name!r} is not supported: the value is {value:.6g} over all steps and {at_samples:.6g} "
+            f"at the samples; take mode 'forward', or more samples"
         )
     if not np.array_equal(_series(solution.chosen(np.append([0], samples)), variable)[1:], series[samples]):
         raise InputError(

@@ -103,7 +103,7 @@ class ManyRuns:
     def kept(self, points: Sequence[Mapping[str, Any]], check: Callable[[float], None] | None) -> Iterator[Kept | None]:
         """What is kept of variants, in order; None where a variant must be made by itself.
 
-        The attributes of what is kept have statistics where one of these is kept.
+        The attributes of `Kept` have statistics if `keep` names one.
 
         Parameters
         ----------
@@ -125,7 +125,7 @@ class ManyRuns:
                 yield own if k in refused or own else self._kept_of(copies, parameters, k, closes=k in closing)
 
     def _own(self) -> tuple[Copies, BatchParameters, CopiedResults]:
-        """Copies of this thread, what they have of their own, and what is kept of them."""
+        """Copies of this thread, the parameters in which they differ, and the evaluation of their kept values."""
         if not hasattr(self._threads, "own"):
             size = copies_of(self.run, 1, 1).memory.size
             copies = copies_of(self.run, max(1, min(MOST, MOST_BYTES // size)), 1)
@@ -136,9 +136,9 @@ class ManyRuns:
         return found
 
     def _kept_of(self, copies: Copies, parameters: BatchParameters, k: int, *, closes: bool) -> Kept | None:
-        """What is kept of the run of a copy that has ended; None where it is refused, which its own run states.
+        """Kept values of a copy that has ended; None if it is refused: its own run then states the reason.
 
-        Its energy balance surely `closes` without round-off, which then counts in statistics alone.
+        closes : bool, whether its energy balance closes even without round-off, which is then needed by statistics only
         """
         alone = closes and not self._reads_statistics
         solution = self._solution(copies, parameters, k, (0.0, 0.0) if alone else None)
@@ -154,7 +154,7 @@ class ManyRuns:
     def _solution(
         self, copies: Copies, parameters: BatchParameters, k: int, round_offs: tuple[float, float] | None
     ) -> Solution:  # fmt: skip
-        """The motion of a copy, with round-off of its energies where that is given."""
+        """Solution of a copy; round_offs : energies (J), as of `Solution`, that replace those of its run, or None."""
         copies.round_offs = round_offs
         one, status = copies.of(k), int(copies.status[k])
         if round_offs is not None:

@@ -1,4 +1,4 @@
-"""Figures of a net as a reflector: views with tensions, and the map of the error of the surface."""
+"""Figures of a net as a reflector: views with cord tensions, and a map of the surface error."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ _COLORS, _POINTS = 10, 240
 
 
 def views(x: Array, cords: Array, own: int, tension: Array) -> Figure:
-    """A net from the front and from the side, cords in colours by their tensions.
+    """Front and side view of a net, with cords coloured by tension.
 
     Parameters
     ----------
     x : (n, 3) float, m, nodes
     cords : (m, 2) int, nodes at the ends of the cords
-    own : int, number of the first cords that the front shows: without those of the rear net, and the ties
+    own : int, number of cords that the front view shows, counted from the first: those of the front net alone
     tension : (m,) float, N, of the cords
     """
     low, high = float(tension.min()), float(tension.max())
@@ -41,7 +41,14 @@ def views(x: Array, cords: Array, own: int, tension: Array) -> Figure:
 
 
 def error_map(surface: WantedSurface, x: Array, cords: Array, facets: Array, error: SurfaceError) -> Figure:
-    """Axial error of the facets (k, 3) over the aperture, less the best fit's shift, mm; nodes (n, 3), cords (m, 2)."""
+    """Map of the axial error, mm, over the aperture, less the shift of the best fit.
+
+    Parameters
+    ----------
+    x : (n, 3) float, m, nodes
+    cords : (m, 2) int, nodes at the ends of the cords
+    facets : (k, 3) int, nodes at the corners of the facets
+    """
     radius = 0.5 * surface.diameter
     u = np.linspace(-radius, radius, _POINTS)
     X, Y = np.meshgrid(surface.offset + u, u, indexing="ij")
@@ -59,12 +66,12 @@ def error_map(surface: WantedSurface, x: Array, cords: Array, facets: Array, err
 
 
 def _broken(ends: Array) -> Array:
-    """(3 m, 3) float, points of one line over all cords with ends (m, 2, 3), broken after each."""
+    """(3 m, 3) float, points of one line through all cords with ends (m, 2, 3), with a NaN after each cord."""
     return np.concatenate([ends, np.full((len(ends), 1, 3), np.nan)], axis=1).reshape(-1, 3)
 
 
 def _height_of_facets(x: Array, facets: Array, X: Array, Y: Array) -> Array:
-    """Heights of plane facets at points of a grid; not a number outside."""
+    """Heights, m, of plane facets at the points of a grid; NaN outside."""
     found = np.full(X.shape, np.nan)
     u, v = X[:, 0], Y[0]
     for corners in x[facets]:

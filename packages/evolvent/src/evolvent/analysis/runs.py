@@ -133,7 +133,7 @@ def simulate(
     solution, why, times = solve(assembly, **settings)
     found = tree(solution, case=case, why=why, title=title, root=times.mark(solution.t), keep_states=keep_states)
     judged = {} if judge is None else judge(solution)
-    if judged:  # else the root waits until it is asked for
+    if judged:  # without them the root is not computed yet
         found.attrs.update(judged)
     if solution.status == "failed":
         raise RunFailed(solution.message, found)

@@ -20,7 +20,7 @@ from evolvent.kernels.blocks import ROTATION
 from evolvent.model.layout import counted
 from evolvent.model.registry import families
 from evolvent.results.variables import root_dataset
-from evolvent.solvers.common.closing import with_rates
+from evolvent.solvers.common.closing import project_velocities
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.modal.positions import moving
 from evolvent_base.errors import InputError, nearest
@@ -116,7 +116,7 @@ def started_from(assembly: Assembly, sections: Mapping[str, Any]) -> Assembly:
                     _release(rows, k)
     found = dataclasses.replace(assembly, model=model, y=y, s=s, touched=None)
     check_constraints(found, RATES)
-    return with_rates(found, RATES)
+    return project_velocities(found, RATES)
 
 
 def _release(rows: Array, k: int) -> None:

@@ -90,7 +90,7 @@ def tree(
 
     Parameters
     ----------
-    case : str, as YAML, or a function that returns it, which is called when the root is asked for
+    case : str, as YAML, or a function that returns it, called when the root is first accessed
     why : str, why the method was taken
     system : str, its name
     title : str, what it is; after the system's name if left out

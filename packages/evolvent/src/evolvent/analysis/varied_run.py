@@ -248,7 +248,7 @@ class VariedRun:
         return self._variants.derive(found.changes, model, inertia=inertia)
 
     def has_derived(self, found: Together, *, inertia: bool = True) -> bool:
-        """Whether more follows from points than the fields that they have, and their inertia if that is asked for."""
+        """Whether other fields of the model must be derived from those of points; `inertia` as of `Variants.derive`."""
         return self._variants.has_derived(found.changes, inertia=inertia)
 
     def written(self, changes: Changes, scratch: Any) -> frozenset[str]:

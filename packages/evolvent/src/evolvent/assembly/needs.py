@@ -117,7 +117,7 @@ class _Loaded:
     roots: set[Any] = dataclasses.field(default_factory=set)
 
 
-#: Held while functions are loaded: a second thread that loads one of them meanwhile finds it closed to compilation.
+#: Lock for loading functions: a second thread that loads the same function meanwhile fails with "compilation disabled".
 _LOADING = threading.Lock()
 #: Models that are alike share theirs.
 _LOADED: weakref.WeakKeyDictionary[Model, _Loaded] = weakref.WeakKeyDictionary()

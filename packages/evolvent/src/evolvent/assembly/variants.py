@@ -232,7 +232,7 @@ class Variants:
         return found
 
     def has_derived(self, changes: Changes, *, inertia: bool = True) -> bool:
-        """Whether more of a model follows from the records that changes are of; `inertia` as of `derive`."""
+        """Whether other fields of a model must be derived from the changed records; `inertia` as of `derive`."""
         base = self._base
         assert base is not None
         if changes.gravity is not None or not _has_inertial(base, changes):
@@ -388,7 +388,7 @@ def _has_inertial(base: _Base, changes: Changes) -> bool:
 
 
 def _has_points(model: Model) -> bool:
-    """Whether rows of constraints act on points, whose masses they know."""
+    """Whether constraint rows act on points, and so hold their masses."""
     return bool(np.any(model.row_sides["point"] >= 0))
 
 

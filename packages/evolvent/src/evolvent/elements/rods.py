@@ -17,7 +17,7 @@ from evolvent_base.dense import inverse, legendre, norm, product
 Array = np.ndarray
 #: Gauss's four points of an element and their weights.
 _AT, _WEIGHT = legendre(4)
-#: Entries of a stiffness beside the roots of those on its diagonal that are round-off.
+#: Off-diagonal entries K_ij that are round-off, relative to sqrt(K_ii K_jj).
 _ROUND_OFF = 1e-13
 
 
@@ -104,10 +104,10 @@ def element_stiffness(
 
 
 def is_diagonal(stiffness: Array) -> bool:
-    """Whether a stiffness has no entries but round-off beside its diagonal."""
+    """Whether the off-diagonal entries of a stiffness matrix are round-off."""
     sizes = np.sqrt(np.maximum(np.diag(stiffness), 0.0))
-    beside = np.abs(stiffness - np.diag(np.diag(stiffness)))
-    return bool(np.all(beside <= _ROUND_OFF * np.outer(sizes, sizes)))
+    off_diagonal = np.abs(stiffness - np.diag(np.diag(stiffness)))
+    return bool(np.all(off_diagonal <= _ROUND_OFF * np.outer(sizes, sizes)))
 
 
 def element_inertia(

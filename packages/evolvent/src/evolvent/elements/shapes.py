@@ -79,7 +79,7 @@ class CrossSection(Section):
 
 @functools.lru_cache(maxsize=1024)
 def _torsion_series(t: float, w: float) -> float:
-    """Sum of tanh(n pi w/(2 t))/n^5 over odd n, of a rectangle's sides t and w; elements of one beam share it."""
+    """Sum over odd n of tanh(n pi w/(2 t))/n^5 for a rectangle with sides t and w; cached for equal elements."""
     return sum(math.tanh(n * math.pi * w / (2.0 * t)) / n**5 for n in range(1, 200, 2))
 
 

@@ -127,7 +127,7 @@ def note_stage(t, starts, model):
 
 @inlined
 def note_extremes(s, model):
-    """Take the last evaluation, of the start or the end of a step, into the extremes over all steps."""
+    """Update the extremes over all steps by the last evaluation, which is at the start or the end of a step."""
     calls = model.samples_note_extremes_calls
     for k in range(calls.size):
         note_extremes_at(model, calls[k])(s, model)

@@ -9,7 +9,7 @@ from evolvent.equations.between_steps import release_penalties
 from evolvent.kernels import constraint_rows, constraints
 from evolvent.kernels.blocks import ROTATION, normalise
 from evolvent.kernels.calls import project_at
-from evolvent.kernels.impulse import clear_twists, jump, prepare, prepare_sides
+from evolvent.kernels.impulse import clear_wrenches_and_twists, jump, prepare, prepare_constrained_bodies
 from evolvent.model import MODEL
 from evolvent.model.questions import CONSTRAINT
 
@@ -57,14 +57,14 @@ def _held(t, s, r, model):
 def project_constraints(t, y, s, model):
     """Positions (two Newton iterations), then velocities, of a model with constraints."""
     rows, held, n, dy = model.rows, model.constraints, model.rows.size, model.dy[1]
-    clear_twists(model)
+    clear_wrenches_and_twists(model)
     for _ in range(2):
-        _prepare(t, y, s, model)
+        _prepare_impulse(t, y, s, model)
         for r in range(n):
             model.la[r] = held[rows[r].index].gap if _held(t, s, r, model) else 0.0
         banded_ldl_solve(model.A, n, model.info.bandwidth, model.la)
         constraint_rows.move_sides(model, y)
-    _prepare(t, y, s, model)
+    _prepare_impulse(t, y, s, model)
     for r in range(n):
         if _held(t, s, r, model):
             rows[r].rx = held[rows[r].index].rate
@@ -74,9 +74,9 @@ def project_constraints(t, y, s, model):
 
 
 @kernel
-def _prepare(t, y, s, model):
-    """Bodies and rows for an impulse; without what families lock, of the bodies alone on which rows act."""
+def _prepare_impulse(t, y, s, model):
+    """Prepare bodies and rows for an impulse; if no family locks inertia, only the bodies on which rows act."""
     if model.inertia_lock_calls.size > 0:
         prepare(t, y, s, model)
     else:
-        prepare_sides(t, y, s, model)
+        prepare_constrained_bodies(t, y, s, model)

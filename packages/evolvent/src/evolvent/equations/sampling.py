@@ -111,12 +111,12 @@ def evaluate_samples(times, Y, S, LA, factors, model, fields, out):
     """
     for n in range(times.size):
         evaluate(n, times, Y[n], S[n], LA[n], factors[n], model)
-        _keep_fields(fields, out[n])
+        _copy_fields(fields, out[n])
 
 
 @inlined
-def _keep_fields(fields, out):
-    """Keep fields of records in a row: see `evaluate_samples`."""
+def _copy_fields(fields, out):
+    """Copy fields of records to a row of results: see `evaluate_samples`."""
     at = 0
     for i in range(fields.shape[0]):
         for k in range(fields[i, 2]):
@@ -130,15 +130,18 @@ def _keep_fields(fields, out):
     void(INTEGERS, types.int64, VECTOR, MATRIX, _INTEGERS_2D, MATRIX, VECTOR, _INTEGERS_2D, MODEL, _INTEGERS_2D, MATRIX)
 )
 def evaluate_samples_of_copies(which, size, times, Y, S, LA, factors, moves, model, fields, out):
-    """Evaluate samples of copies, one copy after the other, as `evaluate_samples` does those of a model.
+    """Evaluate the samples of several copies as `evaluate_samples` does those of one model.
 
     Parameters
     ----------
-    which : (k,) int, numbers of the copies; size : int, bytes from copy to copy
+    which : (k,) int, numbers of the copies
+    size : int, distance in bytes between copies in memory
     times : (m,) float, s, the same of all copies
     Y, S, LA, factors : (k m, ...), states, switches, multipliers and load factors, copy by copy
-    moves : (n, 3) int, address in `model`, address in copy 0, and words of what a model that is evaluated takes over
-    fields, out : as of `evaluate_samples`, of all copies: (k m, n) float
+    moves : (n, 3) int, address in `model`, address in copy 0, and number of words of each block of memory that is
+        copied to `model` before its copy is evaluated
+    fields : as of `evaluate_samples`
+    out : (k m, n) float, output, as of `evaluate_samples`, copy by copy
     """
     for k in range(which.size):
         for i in range(moves.shape[0]):
@@ -148,7 +151,7 @@ def evaluate_samples_of_copies(which, size, times, Y, S, LA, factors, moves, mod
         for n in range(times.size):
             row = k * times.size + n
             evaluate(n, times, Y[row], S[row], LA[row], factors[row], model)
-            _keep_fields(fields, out[row])
+            _copy_fields(fields, out[row])
 
 
 @indirect(void(VECTOR, MATRIX, _INTEGERS_2D, MODEL, MATRIX))

@@ -35,8 +35,8 @@ from evolvent.compiled.views import matrix_view
 N, PRODUCTS = 7, 28
 #: Length of the scratch memory `work` that an element's force or tangent needs; its contents mean nothing.
 WORK = 704
-#: Most elements in a row that are evaluated together: twelve numbers of each find room in the scratch memory.
-ROW = 56
+#: Largest number of consecutive elements that are evaluated together: the scratch memory holds twelve numbers of each.
+GROUP = 56
 #: An interval: its length h (s), the filter's chi of strains and of velocities, and ratio; a state.
 INTERVAL, STATE = types.UniTuple(REAL, 4), (0.0, 0.0, 0.0, 0.0)
 #: What `line_strains` writes, in this order.

@@ -23,10 +23,10 @@ CABLE, BEAM = 0, 1
 #: Vectors of a node: position and slope; position and three slopes.
 NODE_VECTORS = (2, 4)
 _I = types.int64
-#: Signatures of functions of elements in a row that have the same constants.
-ROW_FORCES = void(VECTOR, VECTOR, REAL, _I, MATRIX, VECTOR, MATRIX, VECTOR, VECTOR)
-ROW_ENERGIES = void(VECTOR, VECTOR, _I, MATRIX, VECTOR, MATRIX, VECTOR, MATRIX, VECTOR, VECTOR)
-_forces_at, _energies_at = by_slot(ROW_FORCES), by_slot(ROW_ENERGIES)
+#: Signatures of functions of consecutive elements with equal constants.
+GROUP_FORCES = void(VECTOR, VECTOR, REAL, _I, MATRIX, VECTOR, MATRIX, VECTOR, VECTOR)
+GROUP_ENERGIES = void(VECTOR, VECTOR, _I, MATRIX, VECTOR, MATRIX, VECTOR, MATRIX, VECTOR, VECTOR)
+_forces_at, _energies_at = by_slot(GROUP_FORCES), by_slot(GROUP_ENERGIES)
 
 
 @inlined
@@ -51,23 +51,23 @@ def _add_inertia(M, n, alpha, x, u, f):
 
 
 @inlined
-def _row_length(elements, first, last):
-    """Number of elements from `first` on, and before `last`, that have the same constants and nodes in a row."""
+def _count_equal(elements, first, last):
+    """Number of consecutive elements in [first, last) with the constants of the first one and adjacent nodes."""
     n, own = 1, elements[first]
     size = elements[first + 1].iq - own.iq if first + 1 < last else 0
-    while n < ancf.ROW and first + n < last:
+    while n < ancf.GROUP and first + n < last:
         other = elements[first + n]
         if other.form != own.form or other.mass != own.mass or other.bending != own.bending or other.beam != own.beam:
             return n
-        if other.forces != own.forces or other.iq != own.iq + n * size:
+        if other.group_forces != own.group_forces or other.iq != own.iq + n * size:
             return n
         n += 1
     return n
 
 
 @inlined
-def _elastic_length(elements, first, n):
-    """Number of elements from `first` on, of n, without damping."""
+def _count_undamped(elements, first, n):
+    """Number of elements without damping before the first damped one, of n elements from `first` on."""
     for k in range(first, first + n):
         if elements[k].alpha != 0.0 or elements[k].beta != 0.0:
             return k - first
@@ -75,26 +75,26 @@ def _elastic_length(elements, first, n):
 
 
 @indirect(void(VECTOR, VECTOR, REAL, _I, _I, MODEL, VECTOR))
-def add_row(y, a, scale, first, n, model, F):
-    """Forces and inertia of n elastic elements in a row, as `add_elements` at a state."""
+def add_group(y, a, scale, first, n, model, F):
+    """F += elastic and inertia forces of n consecutive elements with equal constants, as `add_elements` at a state."""
     row, n_q = model.elements[first], model.info.nq
     size = 3 * NODE_VECTORS[model.beams[row.beam].kind] * (n + 1)
     iq, at = row.iq, row.iv - n_q
-    _forces_at(model, row.forces)(
+    _forces_at(model, row.group_forces)(
         y[iq : iq + size], a[at : at + size], scale, n, model.H[row.form], model.h[row.form], model.M[row.mass],
         model.work, F[at : at + size],
     )  # fmt: skip
 
 
 @indirect(void(VECTOR, _I, _I, MODEL, VECTOR))
-def add_row_energies(y, first, n, model, out):
-    """Energies of n elements in a row, as `beam_energies`."""
+def add_group_energies(y, first, n, model, out):
+    """out += energies of n consecutive elements with equal constants, as `beam_energies`."""
     row = model.elements[first]
     form, bending = row.form, row.bending
     size = 3 * NODE_VECTORS[model.beams[row.beam].kind] * (n + 1)
     out[1] += n * model.U0[form]
     out[2] += n * model.U0[bending]
-    _energies_at(model, row.energies)(
+    _energies_at(model, row.group_energies)(
         y[row.iq : row.iq + size], y[row.iv : row.iv + size], n, model.H[form], model.h[form], model.H[bending],
         model.h[bending], model.M[row.mass], model.work, out,
     )  # fmt: skip
@@ -107,7 +107,7 @@ def add_elements(y, a, scale, interval, model, F):
     Parameters
     ----------
     y : (ny,) float, state; of a step means of both ends, with increments over its length as rates
-    a : (nv,) float, accelerations of the coordinates, times `scale`, which is 0 where they are not known yet
+    a : (nv,) float, accelerations of the coordinates, which are multiplied by `scale`; 0 where they are not known yet
     interval : of the forces (`ancf.INTERVAL`)
     """
     n_q = model.info.nq
@@ -115,10 +115,10 @@ def add_elements(y, a, scale, interval, model, F):
     by_mass = by_stiffness = 0.0
     k, is_state = 0, interval[0] == 0.0 and interval[2] == 0.0
     while k < elements.size:
-        if is_state and elements[k].forces != 0:
-            n = _elastic_length(elements, k, _row_length(elements, k, elements.size))
+        if is_state and elements[k].group_forces != 0:
+            n = _count_undamped(elements, k, _count_equal(elements, k, elements.size))
             if n > 0:
-                add_row(y, a, scale, k, n, model, F)
+                add_group(y, a, scale, k, n, model, F)
                 k += n
                 continue
         iq, iv, beam, mass, form = elements[k].iq, elements[k].iv, elements[k].beam, elements[k].mass, elements[k].form
@@ -171,9 +171,9 @@ def beam_energies(y, first, last, model, out):
     beams, elements, work, k = model.beams, model.elements, model.work, first
     while k < last:
         row = elements[k]
-        if row.energies != 0:
-            n = _row_length(elements, k, last)
-            add_row_energies(y, k, n, model, out)
+        if row.group_energies != 0:
+            n = _count_equal(elements, k, last)
+            add_group_energies(y, k, n, model, out)
             k += n
             continue
         iq, iv, mass, form, bending = row.iq, row.iv, row.mass, row.form, row.bending

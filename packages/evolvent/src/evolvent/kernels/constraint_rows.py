@@ -239,6 +239,6 @@ def move_sides(model, y):
         if b >= 0 and rows[sides[k].row].kind != THREAD:
             shift_body(y, bodies, b)
             for c in range(6):
-                bodies[b].a[c] = 0.0  # of a body with several sides, which has moved
+                bodies[b].a[c] = 0.0  # so that a body with several sides moves once
     if model.beams.size > 0:
         ancf_beams.move_held(model, True, y)

@@ -16,7 +16,7 @@ def prepare(t, y, s, model):
     for k in range(calls.size):
         lock_at(model, calls[k])(t, y, s, model)
     rigid.factorise(bodies)
-    clear_twists(model)
+    clear_wrenches_and_twists(model)
     points.clear_forces(model.points)
     if model.rows.size > 0:
         constraint_rows.build_rows(t, y, s, model)
@@ -25,31 +25,34 @@ def prepare(t, y, s, model):
 
 
 @inlined
-def clear_twists(model):
-    """No wrenches and acceleration twists of all bodies."""
-    bodies = model.bodies
-    for b in range(bodies.size):
-        for c in range(6):
-            bodies[b].F[c] = 0.0
-            bodies[b].a[c] = 0.0
+def clear_wrenches_and_twists(model):
+    """Set the wrenches and acceleration twists of all bodies to zero."""
+    for b in range(model.bodies.size):
+        _clear(model.bodies, b)
 
 
 @inlined
-def prepare_sides(t, y, s, model):
-    """As `prepare`, of the bodies alone on which rows act; for a model whose families lock nothing.
+def _clear(bodies, b):
+    """Set the wrench and the acceleration twist of body b to zero."""
+    for c in range(6):
+        bodies[b].F[c] = 0.0
+        bodies[b].a[c] = 0.0
 
-    The twists and wrenches of the other bodies do not change.
+
+@inlined
+def prepare_constrained_bodies(t, y, s, model):
+    """`prepare` for the bodies on which constraint rows act; for models without families that lock inertia.
+
+    The twists and wrenches of the other bodies stay as they are.
     """
     bodies, sides = model.bodies, model.row_sides
-    rigid.note_state(t, y, model)
+    rigid.family_kinematics(t, y, model)
     for i in range(sides.size):
         b = sides[i].body
         if b >= 0:
-            rigid.place(t, y, b, model)
+            rigid.body_kinematics(t, y, b, model)
             rigid.factorise_body(bodies, b)
-            for c in range(6):
-                bodies[b].F[c] = 0.0
-                bodies[b].a[c] = 0.0
+            _clear(bodies, b)
     points.clear_forces(model.points)
     constraint_rows.build_rows(t, y, s, model)
     for r in range(model.rows.size):

@@ -32,24 +32,24 @@ DRIVEN, SPIN, FREE = 0, 1, 2
 def kinematics(t, y, model):
     """Orientation, position and velocities (R, x, v, w, inertial axes) of every body; wrenches and masses reset.
 
-    Before that families note what of their records follows from the state and changes masses (`State.kinematics`).
+    Before that, families update what changes masses in their records (`State.kinematics`).
     """
-    note_state(t, y, model)
+    family_kinematics(t, y, model)
     for b in range(model.bodies.size):
-        place(t, y, b, model)
+        body_kinematics(t, y, b, model)
 
 
 @inlined
-def note_state(t, y, model):
-    """What families note of their records before bodies are placed."""
+def family_kinematics(t, y, model):
+    """Let families update their records from the state (`State.kinematics`)."""
     calls = model.state_kinematics_calls
     for k in range(calls.size):
         kinematics_at(model, calls[k])(t, y, model)
 
 
 @inlined
-def place(t, y, b, model):
-    """`kinematics` of body b."""
+def body_kinematics(t, y, b, model):
+    """Pose and velocities of body b from the state, as of `kinematics`; F is set to its gyroscopic torque."""
     bodies = model.bodies
     q, v, R = bodies[b].iq, bodies[b].iv, bodies[b].R
     for i in range(6):
@@ -60,7 +60,7 @@ def place(t, y, b, model):
             bodies[b].x[i] = y[q + i]
             bodies[b].v[i] = y[v + i]
         bodies[b].w[0], bodies[b].w[1], bodies[b].w[2] = turn(R, y[v + 3], y[v + 4], y[v + 5])
-        bodies[b].laden = 0
+        bodies[b].has_mass_matrix = 0
         add_gyroscopic_torque(bodies[b].inertia, R, y[v + 3], y[v + 4], y[v + 5], bodies[b].F)
         return
     axis = bodies[b].axis
@@ -96,7 +96,7 @@ def move_along(t, b, model):
 
 @inlined
 def add_gyroscopic_torque(inertia, R, x, y, z, F):
-    """Subtract w x I w from F[3:], inertial axes; (x, y, z) : w, body axes."""
+    """Add the gyroscopic torque -w x I w to F[3:], inertial axes; (x, y, z) : w, rad/s, body axes."""
     gx, gy, gz = cross(
         x, y, z,
         inertia[0, 0] * x + inertia[0, 1] * y + inertia[0, 2] * z,
@@ -110,12 +110,12 @@ def add_gyroscopic_torque(inertia, R, x, y, z, F):
 
 
 @kernel
-def lade(bodies, b):
-    """Put the 6 x 6 mass of a free body b, inertial axes, into its M, to which what it carries can be added."""
-    if bodies[b].motion != FREE or bodies[b].laden != 0:
+def assemble_mass_matrix(bodies, b):
+    """Write the 6 x 6 mass matrix of a free body b, inertial axes, to its M; attached masses can then be added to M."""
+    if bodies[b].motion != FREE or bodies[b].has_mass_matrix != 0:
         return
     M, R, inertia = bodies[b].M, bodies[b].R, bodies[b].inertia
-    bodies[b].laden = 1
+    bodies[b].has_mass_matrix = 1
     for i in range(6):
         for j in range(6):
             M[i, j] = 0.0
@@ -182,7 +182,7 @@ def add_ring(bodies, b, m, r, dx, dy, dz, nx, ny, nz, rate, acceleration):
         along = ax * nx + ay * ny + az * nz
         bodies[b].J += 0.5 * k * (1.0 + along * along)
     elif bodies[b].motion == FREE:
-        lade(bodies, b)
+        assemble_mass_matrix(bodies, b)
         n = (nx, ny, nz)
         for i in range(3):
             bodies[b].M[3 + i, 3 + i] += 0.5 * k
@@ -198,7 +198,7 @@ def add_mass(bodies, b, m, dx, dy, dz):
         px, py, pz = cross(nx, ny, nz, dx, dy, dz)
         bodies[b].J += m * (px * px + py * py + pz * pz)
     elif bodies[b].motion == FREE:
-        lade(bodies, b)
+        assemble_mass_matrix(bodies, b)
         M = bodies[b].M
         dd = dx * dx + dy * dy + dz * dz
         d = (dx, dy, dz)
@@ -229,15 +229,15 @@ def add_skew(M, m, dx, dy, dz):
 
 @inlined
 def factorise(bodies):
-    """Cholesky factors of masses into L; call once all carried masses are in."""
+    """Cholesky factors L of all mass matrices M; to be called after all attached masses are added."""
     for b in range(bodies.size):
         factorise_body(bodies, b)
 
 
 @inlined
 def factorise_body(bodies, b):
-    """Cholesky factor of the mass of a free body b that carries others' into its L."""
-    if bodies[b].motion == FREE and bodies[b].laden != 0:
+    """Cholesky factor L of the mass matrix M of body b, if it is free and has one."""
+    if bodies[b].motion == FREE and bodies[b].has_mass_matrix != 0:
         for i in range(6):
             for j in range(i + 1):
                 bodies[b].L[i, j] = bodies[b].M[i, j]
@@ -256,7 +256,7 @@ def respond(bodies, b, F, a):
         a[4] = s * ny
         a[5] = s * nz
     elif bodies[b].motion == FREE:
-        if bodies[b].laden != 0:
+        if bodies[b].has_mass_matrix != 0:
             for i in range(6):
                 a[i] = F[i]
             cholesky_solve(bodies[b].L, 6, a)
@@ -270,7 +270,7 @@ def respond(bodies, b, F, a):
 
 @inlined
 def solve_inertia(J, x, y, z):
-    """J^-1 (x, y, z) of a symmetric positive definite J : (3, 3), by L D L^T."""
+    """J^-1 (x, y, z) for J : (3, 3) symmetric positive definite, by the factors L D L^T."""
     d0 = 1.0 / J[0, 0]
     l1, l2 = J[1, 0] * d0, J[2, 0] * d0
     d1 = 1.0 / (J[1, 1] - l1 * J[1, 0])
@@ -506,7 +506,7 @@ def body_bound(bodies, b, blocks):
         return np.array([[[n @ block[3:, 3:] @ n]] for block in blocks]) / bodies["J"][b]
     R, M = bodies["R"][b], bodies["mass"][b] * np.eye(6)
     M[3:, 3:] = R @ bodies["inertia"][b] @ R.T
-    return np.linalg.solve(bodies["M"][b] if bodies["laden"][b] else M, blocks)
+    return np.linalg.solve(bodies["M"][b] if bodies["has_mass_matrix"][b] else M, blocks)
 
 
 @inlined

@@ -7,7 +7,7 @@ inertia S about n, its rate phi' relative to the body and the torque Q on it abo
 """
 
 from evolvent.compiled.jit import inlined
-from evolvent.kernels.rigid import FREE, SPIN, lade
+from evolvent.kernels.rigid import FREE, SPIN, assemble_mass_matrix
 from evolvent.kernels.rotations import cross, turn
 
 
@@ -19,7 +19,7 @@ def take_inertia(bodies, b, S, nx, ny, nz):
         along = ax * nx + ay * ny + az * nz
         bodies[b].J -= S * along * along
     elif bodies[b].motion == FREE:
-        lade(bodies, b)
+        assemble_mass_matrix(bodies, b)
         n = (nx, ny, nz)
         for i in range(3):
             for j in range(3):

@@ -63,7 +63,7 @@ def family_type(name: str) -> Any:
 def zeros(name: str, size: int) -> Array:
     """An empty family of `size` records; fields read as attributes of a record, as compiled code does."""
     family = np.zeros(size, dtype=RECORDS[name])
-    if EXTREMES in (family.dtype.names or ()):  # of no step yet
+    if EXTREMES in (family.dtype.names or ()):  # before the first step
         family[EXTREMES][:, ::2], family[EXTREMES][:, 1::2] = np.inf, -np.inf
     return family.view(np.recarray) if config.DISABLE_JIT else family
 

@@ -52,8 +52,8 @@ SOLVERS = {
 EVERY = frozenset(SOLVERS)
 #: Words of the work of a load.
 WORK = "work since the first sample, of the power interpolated between the samples times the load's course in time"
-#: Field of a record with the least and largest values over all steps of some of its results (`Samples.extremes`), and
-#: attribute of a variable of a run with those of what it has beside the time.
+#: Field of a record that holds the least and largest values over all steps of some results (`Samples.extremes`), and
+#: attribute of a variable of a run that holds them for each of its entries.
 EXTREMES = "extremes"
 #: For all records of a family, or a function of the records to a mask of those for which it is so.
 Some = bool | Callable[[Array], Array]

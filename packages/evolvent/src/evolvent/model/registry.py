@@ -34,8 +34,8 @@ GROUP, PACKAGE = "evolvent.families", "evolvent.families"
 
 
 @functools.cache
-def names_beside(role: str) -> tuple[str, ...]:
-    """Names of the modules of all topics with a role, which begins theirs: "family", "part" or "observer"."""
+def module_names(role: str) -> tuple[str, ...]:
+    """Names of the modules of all topics with a role, with which they begin: "family", "part" or "observer"."""
     package, found = importlib.import_module(PACKAGE), []
     for topic in pkgutil.iter_modules(package.__path__, f"{PACKAGE}."):
         folder = importlib.import_module(topic.name)
@@ -47,12 +47,12 @@ def names_beside(role: str) -> tuple[str, ...]:
 
 @functools.cache
 def beside(role: str) -> tuple[Any, ...]:
-    """Modules of all topics with a role (`names_beside`), which are loaded."""
-    return tuple(importlib.import_module(name) for name in names_beside(role))
+    """Modules of all topics with a role (`module_names`); this loads them."""
+    return tuple(importlib.import_module(name) for name in module_names(role))
 
 
-def source_of(module: str) -> str:
-    """Source of a module of a package, which is not loaded."""
+def module_source(module: str) -> str:
+    """Source code of a module of a package, which is not imported."""
     package, _, name = module.rpartition(".")
     found = pkgutil.get_data(package, f"{name}.py")
     return "" if found is None else found.decode()

@@ -2,8 +2,8 @@
 
 The names of this package are those of its modules, and of the parts beside the families of their records
 (`model.registry.beside`): parts that a case file may name by their kind, and the sections that parts take, such as
-shapes and drives, which stand in the `__all__` of their module. The sources say where each of them is, so that only the
-modules are loaded whose parts are asked for.
+shapes and drives, which stand in the `__all__` of their module. Their modules are found by a
+search of the source code, and are imported when one of their names is used.
 """
 
 from __future__ import annotations
@@ -16,45 +16,45 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from evolvent.model.registry import names_beside, source_of
+from evolvent.model.registry import module_names, module_source
 from evolvent.parts.base import Part, kind_of
 from evolvent_base.schema import Section
 
-#: What a module says of its names, its classes and their kinds, each at its place in the source.
-_SAID = re.compile(
+#: Lines of a source file that declare `__all__`, a class, or the kind of a part.
+_DECLARATION = re.compile(
     r"""^__all__ = \[(?P<names>[^]]*)\]|^class (?P<name>\w+)|^    kind: Literal\["(?P<kind>[^"]+)"\]""", re.MULTILINE
 )
 
 
-class Place(NamedTuple):
-    """Where a class is: its module, and its kind, '' of what is no part."""
+class Definition(NamedTuple):
+    """Module in which a class is defined, and its kind; '' if it is not a part."""
 
     module: str
     kind: str
 
 
 @functools.cache
-def places() -> Mapping[str, Place]:
-    """Where the parts, and the classes that modules name for users, are by their sources; by name."""
-    found: dict[str, Place] = {}
-    for module in (*(f"{__name__}.{one.name}" for one in pkgutil.iter_modules(__path__)), *names_beside("part")):
+def definitions() -> Mapping[str, Definition]:
+    """Definitions of all parts, and of classes in `__all__` of their modules, by class name; read from the sources."""
+    found: dict[str, Definition] = {}
+    for module in (*(f"{__name__}.{one.name}" for one in pkgutil.iter_modules(__path__)), *module_names("part")):
         named, last = set[str](), ""
-        for one in _SAID.finditer(source_of(module)):
+        for one in _DECLARATION.finditer(module_source(module)):
             if one["kind"] is not None:
-                found[last] = Place(module, one["kind"])
+                found[last] = Definition(module, one["kind"])
             elif one["name"] is not None:
                 last = one["name"]
                 if last in named:
-                    found[last] = Place(module, "")
+                    found[last] = Definition(module, "")
             else:
                 named |= {*re.findall(r"\w+", one["names"])}
     return MappingProxyType(dict(sorted(found.items())))
 
 
-def _section(name: str) -> type[Section] | None:
-    """The class of a name, whose module is loaded; None where it is no section of its own kind or for users."""
-    place = places().get(name)
-    found = None if place is None else getattr(importlib.import_module(place.module), name)
+def _load_section(name: str) -> type[Section] | None:
+    """The class of a name, after import of its module; None unless it is a part with a kind, or another section."""
+    definition = definitions().get(name)
+    found = None if definition is None else getattr(importlib.import_module(definition.module), name)
     if not (isinstance(found, type) and issubclass(found, Section)):
         return None
     return found if kind_of(found) or not issubclass(found, Part) else None
@@ -62,12 +62,12 @@ def _section(name: str) -> type[Section] | None:
 
 def __getattr__(name: str) -> Any:
     if name == "__all__":
-        return [one for one in places() if _section(one) is not None]
-    found = None if name.startswith("_") else _section(name)
+        return [one for one in definitions() if _load_section(one) is not None]
+    found = None if name.startswith("_") else _load_section(name)
     if found is None:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return found
 
 
 def __dir__() -> list[str]:
-    return [one for one in places() if _section(one) is not None]
+    return [one for one in definitions() if _load_section(one) is not None]

@@ -163,7 +163,7 @@ def _as_keys(value: Any) -> Any:
     return value
 
 
-#: Reads a profile; the parts whose profiles are of other quantities say so as it is done here.
+#: Validator that reads a profile; modules of parts define the types for other quantities in the same way.
 AS_PROFILE = BeforeValidator(_as_keys)
 ForceProfile = Annotated[Profile[units.Force], AS_PROFILE]
 TorqueProfile = Annotated[Profile[units.Torque], AS_PROFILE]

@@ -99,7 +99,7 @@ def _described(word: str) -> list[str]:
 
 
 class _Kinds(Mapping[str, type[Part]]):
-    """Kinds of parts; the module of one of the package is loaded when the kind is asked for.
+    """Kinds of parts; the module of a built-in part is imported when its kind is looked up.
 
     Parameters
     ----------
@@ -131,7 +131,7 @@ class _Kinds(Mapping[str, type[Part]]):
 def _kinds_and_failures() -> tuple[Mapping[str, type[Part]], Mapping[str, str]]:
     """Kinds of parts that can be used, and why others cannot."""
     wrong = dict(family_registry.unusable())
-    names = {place.kind: name for name, place in parts.places().items() if place.kind}
+    names = {one.kind: name for name, one in parts.definitions().items() if one.kind}
     added: dict[str, type[Part]] = {}
 
     def add(kind: str, part: type[Part], name: str, by: str) -> None:

@@ -41,7 +41,7 @@ REDUCTIONS: dict[str, Callable[[np.ndarray, np.ndarray], Any]] = {
     "mean": lambda values, t: values.mean(axis=0, dtype=float),
     "integral": lambda values, t: np.trapezoid(values, t, axis=0),
 }
-#: Those that are extremes, of which the ones over all steps count where they are known.
+#: Reductions that are extremes; they use the extremes over all steps if these are known.
 EXTREME = ("min", "max", "abs_max")
 #: Words of each of them.
 _HOW = {
@@ -122,7 +122,7 @@ def reduce(values: np.ndarray, t: np.ndarray, reduction: str, extremes: np.ndarr
     ----------
     values : (nt, ...) float; t : (nt,) float, s
     reduction : one of `REDUCTIONS`, or ``at(TIME)``: straight lines between the samples
-    extremes : (2, ...) float, least and largest values over all steps, which count beside those of the samples
+    extremes : (2, ...) float, least and largest values over all steps, which are reduced together with the samples
 
     Raises
     ------
@@ -190,7 +190,7 @@ def reduced(values: xr.Variable, reduction: str, name: str, t: np.ndarray) -> xr
 def reduced_values(
     values: np.ndarray, attrs: Mapping[Any, Any], reduction: str, name: str, t: np.ndarray, extremes: np.ndarray | None
 ) -> tuple[Any, dict[Any, Any]]:
-    """Values (nt, ...) over time in one, and its attributes: as of `reduced`."""
+    """Reduction of values (nt, ...) over time, and its attributes: see `reduced`."""
     try:
         found = reduce(values, t, reduction, extremes)
     except InputError as error:
@@ -261,12 +261,12 @@ def is_local(assembly: Assembly, keep: Sequence[str]) -> bool:
 
 
 def is_of_part(assembly: Assembly, name: str) -> bool:
-    """Whether what is kept under a name is a variable of a part."""
+    """Whether a name of a kept value is that of a variable of a part."""
     return variables.owner(name) in assembly.parts
 
 
 def is_balance(assembly: Assembly, name: str) -> bool:
-    """Whether what is kept under a name is an energy, work or momentum of the run at a sample."""
+    """Whether a name of a kept value is that of an energy, work or momentum of the run at a sample."""
     own = re.split(r"[.\[]", split(name)[0])[0]
     return own in OF_A_SAMPLE and own not in assembly.parts
 
@@ -311,7 +311,7 @@ def kept_of(
     fine : (nt,) bool, samples that other runs of the case may not have
     why : str, why the method was taken
     warning : str, what the run warns of
-    view_of : class of the view that parts are read by
+    view_of : class of the view through which results of parts are read
     """
     attrs = {
         "status": solution.status, "message": solution.message, "warning": warning, "method": solution.method,

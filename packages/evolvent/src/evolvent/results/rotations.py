@@ -1,4 +1,4 @@
-"""Rotations over time: quaternions, scalar part first, rotation vectors and matrices, a row a sample."""
+"""Rotations over time as quaternions (scalar part first), rotation vectors and matrices, with one row a sample."""
 
 from __future__ import annotations
 

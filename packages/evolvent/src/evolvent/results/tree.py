@@ -83,7 +83,7 @@ def tree_of(
         found.attrs = attrs() | {"variables": results.variables_of(found), "parts": json.dumps(names)}
         return found
 
-    tree = _Later.of(make_root, lambda: xr.Dataset(coords=_along(solution, balances=balances)))
+    tree = _Later.of(make_root, lambda: xr.Dataset(coords=_root_coordinates(solution, balances=balances)))
     _attach(tree, {name: _Later.of(functools.partial(_group, solution, name)) for name in names})
     return tree
 
@@ -92,9 +92,9 @@ def tree_of(
 _DATA = (
     "_data_variables", "_node_coord_variables", "_node_dims", "_node_indexes", "_encoding", "_attrs", "_close",
 )  # fmt: skip
-#: Whether xarray's class is as `_Later` needs it; if not, groups are made at once.
-#: Those of them that groups ask for, which inherit coordinates.
+#: Those of them from which groups inherit coordinates.
 _INHERITED = "_node_coord_variables", "_node_indexes"
+#: Whether xarray's class is as `_Later` needs it; if not, groups are made at once.
 _CAN_WAIT = set(_DATA) < set(xr.DataTree.__slots__) and hasattr(xr.DataTree(), "__dict__")
 
 
@@ -114,7 +114,7 @@ class _Later(xr.DataTree):
     def of(
         cls, make: Callable[[], xr.Dataset], coordinates: Callable[[], xr.Dataset] | None = None
     ) -> xr.DataTree:  # fmt: skip
-        """A node without a parent, whose data set `make` returns; its groups ask for its `coordinates` alone."""
+        """A node without a parent, whose data set `make` returns; its groups inherit from `coordinates` until then."""
         if not _CAN_WAIT:
             return xr.DataTree(make())
         node = cls.__new__(cls)
@@ -166,7 +166,7 @@ def _attach(tree: xr.DataTree, groups: dict[str, xr.DataTree]) -> None:
 
 
 def _attributes(found: Variable, written: Collection[str]) -> dict[str, Any]:
-    """Attributes of a variable, with its least and largest values over all steps where these are known."""
+    """Attributes of a variable, with its extremes over all steps if these are known."""
     own: dict[str, Any] = dict(display.attributes(found.units, found.long_name, written))
     return own if found.extremes is None else own | {EXTREMES: np.ravel(found.extremes)}
 
@@ -198,17 +198,18 @@ def root_of(solution: Solution, more: dict[str, Any], *, balances: bool = True) 
     data = balances_of(solution) if balances else {}
     for name, (dims, values, unit, text) in more.items():
         data[name] = xr.Variable(dims, values, {"units": unit, "long_name": text})
-    along = _along(solution, balances=balances)
+    along = _root_coordinates(solution, balances=balances)
     return xr.Dataset(data, {name: one for name, one in along.items() if name not in data})
 
 
-def _along(solution: Solution, *, balances: bool) -> dict[str, Any]:
+def _root_coordinates(solution: Solution, *, balances: bool) -> dict[str, Any]:
     """Coordinates of the root."""
     times = xr.Variable(("time",), solution.t, {"units": "s", "long_name": "time"})
-    return ({"cause": _causes()} if balances else {}) | {"time": times, "axis": ("axis", list(AXES))}
+    return ({"cause": _cause_coordinate()} if balances else {}) | {"time": times, "axis": ("axis", list(AXES))}
 
 
-def _causes() -> xr.Variable:
+def _cause_coordinate() -> xr.Variable:
+    """Coordinate of the losses by cause."""
     return xr.Variable(("cause",), list(CAUSES), {"units": "1", "long_name": "what dissipates energy"})
 
 
@@ -227,7 +228,7 @@ def balances_of(solution: Solution) -> dict[str, xr.Variable]:
     losses = np.stack([np.asarray(balance[name], dtype=float) for name in eb.LOSSES], axis=1)
     text = "energy dissipated since the start, by cause"
     data["energy_losses"] = xr.Variable((*time, "cause"), losses, {"units": "J", "long_name": text})
-    data["cause"] = _causes()
+    data["cause"] = _cause_coordinate()
     data["energy_defect"] = energy(
         solution.energy_defect,
         "energy minus that at the start and the work, plus the losses; negative: dissipated by the method",

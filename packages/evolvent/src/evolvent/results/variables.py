@@ -141,7 +141,7 @@ def entry(found: Values, match: re.Match[str], name: str, texts: Mapping[Hashabl
 
 
 def _isel(found: Values, chosen: Mapping[Hashable, int]) -> Values:
-    """The entry at an index of a dimension other than the time, with its extremes."""
+    """The entries at indices of dimensions other than time, with their extremes."""
     own = found.isel(chosen)
     if isinstance(found, Variable) or (extremes := extremes_of(found)) is None:
         return own
@@ -150,9 +150,9 @@ def _isel(found: Values, chosen: Mapping[Hashable, int]) -> Values:
 
 
 def extremes_of(found: xr.DataArray | xr.Variable | Variable) -> np.ndarray | None:
-    """Least and largest values over all steps of a variable over time: (2, ...), of what it has beside the time.
+    """Least and largest values over all steps of a variable, (2, ...), with its dimensions other than time.
 
-    None where they are not known.
+    None if they are not known.
     """
     if isinstance(found, Variable):
         return found.extremes
@@ -162,7 +162,7 @@ def extremes_of(found: xr.DataArray | xr.Variable | Variable) -> np.ndarray | No
 
 
 def without_extremes(found: Values) -> Values:
-    """A variable without the extremes of what it was."""
+    """A variable without the attribute `extremes`, which does not hold after an operation on it."""
     if not isinstance(found, Variable) and EXTREMES in found.attrs:
         found.attrs = {name: value for name, value in found.attrs.items() if name != EXTREMES}
     return found

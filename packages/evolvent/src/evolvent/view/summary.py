@@ -179,11 +179,11 @@ def _labelled(line: Line, at: float, value: float, unit: str, whose: str = "") -
 def _with_peaks(
     curves: Mapping[str, Line], unit: str, over: Mapping[str, float] = types.MappingProxyType({})
 ) -> list[Line]:
-    """Distinct curves with labels of their largest values, and a mark at each.
+    """Distinct curves, with a label and a mark at the largest value of each.
 
     Parameters
     ----------
-    over : largest magnitudes over all steps, of curves of which they are known
+    over : largest magnitudes over all steps, by part, where they are known
     """
     lines, marks = [], []
     sizes = {part: largest_of(np.asarray(line.y)) for part, line in curves.items()}

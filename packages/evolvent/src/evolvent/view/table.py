@@ -314,11 +314,11 @@ def _reached(run: xr.DataTree, part: str, name: str, times: np.ndarray) -> Row:
 
 
 def _largest(found: xr.DataArray, values: np.ndarray, factor: float = 1.0) -> tuple[int, float, bool]:
-    """Largest magnitude of a variable: its sample, its value over all steps, and whether that is above the samples.
+    """Sample of largest magnitude of a variable, largest value over all steps, and whether it exceeds the samples.
 
     Parameters
     ----------
-    values : (nt,) float, in units of `factor`
+    values : (nt,) float, values of the variable divided by `factor`
     """
     k, extremes = _peak(np.abs(values)), variables.extremes_of(found)
     known = np.append(values[k], [] if extremes is None else extremes[np.isfinite(extremes)] / factor)
@@ -328,16 +328,16 @@ def _largest(found: xr.DataArray, values: np.ndarray, factor: float = 1.0) -> tu
 
 
 def _is_missed(run: xr.DataTree, part: str, name: str) -> bool:
-    """Whether samples of a part miss what others of its variables reach, of a variable of which that is not known."""
+    """Whether a variable has no known extremes, while samples of other variables of the part miss theirs."""
     group = variables.group_of(run, part)
     if variables.extremes_of(group[name]) is not None:
         return False
     known = (one for one in group.data_vars.values() if one.dims == ("time",) and EXTREMES in one.attrs)
-    return any(np.any(one.values == one.values) and _largest(one, np.nan_to_num(one.values))[2] for one in known)
+    return any(not np.all(np.isnan(one.values)) and _largest(one, np.nan_to_num(one.values))[2] for one in known)
 
 
 def _when(between: bool) -> str:
-    """What the time of the largest sample is called."""
+    """Label of the time of the largest value."""
     return "time of the largest of the samples" if between else "time of the largest"
 
 
@@ -347,7 +347,7 @@ def _peak(sizes: np.ndarray) -> int:
 
 
 def _at(times: np.ndarray, k: int, between: bool = False) -> str:
-    """When a largest value was reached, or near what sample; '' at the start and the end, of which the table tells."""
+    """Time of a largest value, or of the nearest sample; '' at the start and the end, which the table shows."""
     if between:
         return f" near {times[k]:.4g} s"
     return f" at {times[k]:.4g} s" if 0 < k < len(times) - 1 else ""

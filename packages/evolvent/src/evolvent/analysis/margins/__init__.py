@@ -14,5 +14,5 @@ import lazy_loader as lazy
 if TYPE_CHECKING:
     from evolvent.analysis.margins import evaluation as evaluation, results as results
 
-# most runs are not asked for margins; threads that are import them one at a time
+# imported on first use, which most runs do not need; import locks make this safe on several threads
 __getattr__, __dir__, __all__ = lazy.attach(__name__, submodules=["evaluation", "results"])

@@ -38,6 +38,7 @@ def _is_margin(wanted: str) -> bool:
 
 
 def _at_rest(assembly: Assembly, section: Mapping[str, Any]) -> AtRest:
+    """Margins at rest by the keys of the section `margin`."""
     found: AtRest = margins.evaluation.at_rest(assembly, margins.evaluation.with_keys(section, {}))
     return found
 

@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 
 Array = np.ndarray
-#: Largest number of velocities of which a matrix that is not sparse stays so: calls of sparse libraries take longer.
+#: Largest size of a dense mass matrix that is kept dense: below it the calls of sparse libraries take longer.
 _SMALL = 60
 
 
@@ -23,7 +23,7 @@ class Mass:
     Notes
     -----
     M = P^T L L^T P, with an order P in which L has a narrow band: masses couple the ends of an element only. The norm
-    of L^-1 P f is that of f by M^-1. Of a small matrix P is 1, and L^-1 is kept.
+    of L^-1 P f is that of f by M^-1. For a small dense matrix P is the identity, and L^-1 is stored.
     """
 
     def __init__(self, matrix: Any) -> None:
@@ -55,7 +55,7 @@ class Mass:
 
     @functools.cached_property
     def _inverse(self) -> Array | None:
-        """L^-1 of a small matrix, (nv, nv); None of others.
+        """L^-1, (nv, nv), of a small dense matrix; None of a sparse one.
 
         Raises
         ------

@@ -74,7 +74,7 @@ class Mechanism(MechanismModels):
 
     def __init__(self, assembly: Assembly, spin: Array, opened: Sequence[int] = (), *, relaxed: bool = False) -> None:
         super().__init__(assembly, spin, opened, relaxed=relaxed)
-        #: Models of `with_share` and the bytes of its records in each, by its label.
+        #: Models of `with_share`, each with the bytes of its records, by the label of the share.
         self._shares: dict[str, tuple[Any, Array]] = {}
         #: Equilibria of elastic parts, None without any.
         self.elastic = Elastic(self) if has_elastic_parts(self.whole) else None

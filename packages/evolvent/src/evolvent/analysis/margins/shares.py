@@ -70,7 +70,7 @@ class Share:
 
     @functools.cached_property
     def _own(self) -> Array:
-        """Its rows, as numpy takes them without a look at each."""
+        """Its rows as an index array, which numpy need not convert."""
         return np.array(self.rows, dtype=np.intp)
 
 

@@ -2,8 +2,8 @@
 
 Every variant has a copy of the arrays of the model, in which its values stand, so runs share nothing that they write.
 They are copies of one prepared run (`evolvent.analysis.many_runs`). The compiled time loops let
-other threads run; what is left to Python takes turns: `benchmarks/batches.py` measures its share, from a twentieth of a
-run of `solar-array` to six tenths of one of a body on a spring for 2 s.
+other threads run; Python code runs on one thread at a time. `benchmarks/batches.py` measures its share of the time:
+from 5 % for `solar-array` to 60 % for a body on a spring over 2 s.
 """
 
 from __future__ import annotations

@@ -230,7 +230,7 @@ def own_rates(y, model, rates):
 
 @calls.note_extremes
 def note_motors(s, model):
-    """Torques of the motors of all wheels."""
+    """Extremes of the motor torques of all wheels."""
     for i in range(model.wheels.size):
         note_extremes(model.wheels[i].extremes, 0, model.wheels[i].motor)
 

@@ -24,7 +24,7 @@ import math
 from evolvent.compiled.jit import inlined
 from evolvent.compiled.views import matrix_view
 from evolvent.kernels import ancf
-from evolvent.kernels.ancf import ROW
+from evolvent.kernels.ancf import GROUP
 from evolvent.kernels.rotations import dot
 
 #: Vectors and products of the cable.
@@ -160,7 +160,7 @@ def _derivative(H, p, first, v):
 
 @inlined
 def _vectors(e, i):
-    """As `ancf.nodal_vectors` of the coordinates from index i on, as tuples."""
+    """Nodal vectors (`ancf.nodal_vectors`) of the coordinates that begin at index i, as tuples."""
     d = (e[i + 6] - e[i], e[i + 7] - e[i + 1], e[i + 8] - e[i + 2])
     return (e[i + 3], e[i + 4], e[i + 5]), d, (e[i + 9], e[i + 10], e[i + 11])
 
@@ -201,7 +201,7 @@ def stretch_energy(e, H, h, U0, work):
 
 @inlined
 def _strain_energy(v, H, h):
-    """`stretch_energy` by the vectors of the element."""
+    """Strain energy as of `stretch_energy`, by the nodal vectors of the element."""
     U = 0.0
     for p in range(3):
         a, q = _combined(H[p, 0], H[p, 1], H[p, 2], v), _combined(H[p, 3], H[p, 4], H[p, 5], v)
@@ -270,7 +270,7 @@ def _stressed_between(H, hh, p, b, interval, changes, v, w):
 
 @inlined
 def _nodal_forces(H, p, a, q, on_a, both, on_q):
-    """Force of point p on the vectors r_p,x, r_q - r_p and r_q,x."""
+    """Generalized forces of point p on the nodal vectors r_p,x, r_q - r_p and r_q,x."""
     x = _plane(H[p, 0] * on_a + H[p, 3] * both, a, H[p, 0] * both + H[p, 3] * on_q, q)
     d = _plane(H[p, 1] * on_a + H[p, 4] * both, a, H[p, 1] * both + H[p, 4] * on_q, q)
     z = _plane(H[p, 2] * on_a + H[p, 5] * both, a, H[p, 2] * both + H[p, 5] * on_q, q)
@@ -323,8 +323,8 @@ def stretch_force(e, u, interval, b, H, h, B, changes, work, f):
 
 
 @inlined
-def _mass_times(M, i, a, b, c, d):
-    """Row i of a mass matrix times four vectors."""
+def _mass_row_product(M, i, a, b, c, d):
+    """Row i of a (4, 4) mass matrix times four vectors."""
     m0, m1, m2, m3 = M[i, 0], M[i, 1], M[i, 2], M[i, 3]
     x = m0 * a[0] + m1 * b[0] + m2 * c[0] + m3 * d[0]
     y = m0 * a[1] + m1 * b[1] + m2 * c[1] + m3 * d[1]
@@ -334,17 +334,19 @@ def _mass_times(M, i, a, b, c, d):
 
 @inlined
 def stretch_forces(y, a, scale, n, H, h, M, work, F):
-    """F += forces and inertia of n alike elements in a row, elastic and at a state, as of `stretch_force`.
+    """F += elastic and inertia forces of n consecutive elements with equal constants at a state; see `stretch_force`.
 
     Parameters
     ----------
-    y, a, F : (6 n + 6,) float, coordinates of the nodes, accelerations times 1/`scale`, and forces
-    n : int, at most `ROW`
-    M : (4, 4) float, kg and so on, mass matrix of each
+    y : (6 n + 6,) float, nodal coordinates
+    a : (6 n + 6,) float, nodal accelerations divided by `scale`
+    n : int, at most `GROUP`
+    M : (4, 4) float, kg, kg m and kg m2, mass matrix of an element
+    F : (6 n + 6,) float, nodal forces, added to
 
     Notes
     -----
-    The first loop has no branch and writes side by side, so that it takes several elements at a time.
+    The first loop has no branches and writes to consecutive memory, so that compilers vectorize it over elements.
     """
     for k in range(n):
         i = 6 * k
@@ -359,33 +361,33 @@ def stretch_forces(y, a, scale, n, H, h, M, work, F):
         b1 = (scale * a[i + 3], scale * a[i + 4], scale * a[i + 5])
         b2 = (scale * a[i + 6], scale * a[i + 7], scale * a[i + 8])
         b3 = (scale * a[i + 9], scale * a[i + 10], scale * a[i + 11])
-        m = _mass_times(M, 0, b0, b1, b2, b3)
+        m = _mass_row_product(M, 0, b0, b1, b2, b3)
         work[k] = m[0] - d0[0] - d1[0] - d2[0]
-        work[ROW + k] = m[1] - d0[1] - d1[1] - d2[1]
-        work[2 * ROW + k] = m[2] - d0[2] - d1[2] - d2[2]
-        m = _mass_times(M, 1, b0, b1, b2, b3)
-        work[3 * ROW + k] = m[0] + x0[0] + x1[0] + x2[0]
-        work[4 * ROW + k] = m[1] + x0[1] + x1[1] + x2[1]
-        work[5 * ROW + k] = m[2] + x0[2] + x1[2] + x2[2]
-        m = _mass_times(M, 2, b0, b1, b2, b3)
-        work[6 * ROW + k] = m[0] + d0[0] + d1[0] + d2[0]
-        work[7 * ROW + k] = m[1] + d0[1] + d1[1] + d2[1]
-        work[8 * ROW + k] = m[2] + d0[2] + d1[2] + d2[2]
-        m = _mass_times(M, 3, b0, b1, b2, b3)
-        work[9 * ROW + k] = m[0] + z0[0] + z1[0] + z2[0]
-        work[10 * ROW + k] = m[1] + z0[1] + z1[1] + z2[1]
-        work[11 * ROW + k] = m[2] + z0[2] + z1[2] + z2[2]
+        work[GROUP + k] = m[1] - d0[1] - d1[1] - d2[1]
+        work[2 * GROUP + k] = m[2] - d0[2] - d1[2] - d2[2]
+        m = _mass_row_product(M, 1, b0, b1, b2, b3)
+        work[3 * GROUP + k] = m[0] + x0[0] + x1[0] + x2[0]
+        work[4 * GROUP + k] = m[1] + x0[1] + x1[1] + x2[1]
+        work[5 * GROUP + k] = m[2] + x0[2] + x1[2] + x2[2]
+        m = _mass_row_product(M, 2, b0, b1, b2, b3)
+        work[6 * GROUP + k] = m[0] + d0[0] + d1[0] + d2[0]
+        work[7 * GROUP + k] = m[1] + d0[1] + d1[1] + d2[1]
+        work[8 * GROUP + k] = m[2] + d0[2] + d1[2] + d2[2]
+        m = _mass_row_product(M, 3, b0, b1, b2, b3)
+        work[9 * GROUP + k] = m[0] + z0[0] + z1[0] + z2[0]
+        work[10 * GROUP + k] = m[1] + z0[1] + z1[1] + z2[1]
+        work[11 * GROUP + k] = m[2] + z0[2] + z1[2] + z2[2]
     for c in range(6):
-        F[c] += work[c * ROW]
-        F[6 * n + c] += work[(6 + c) * ROW + n - 1]
+        F[c] += work[c * GROUP]
+        F[6 * n + c] += work[(6 + c) * GROUP + n - 1]
     for k in range(1, n):
         for c in range(6):
-            F[6 * k + c] += work[c * ROW + k] + work[(6 + c) * ROW + k - 1]
+            F[6 * k + c] += work[c * GROUP + k] + work[(6 + c) * GROUP + k - 1]
 
 
 @inlined
-def _square(M, a, b, c, d):
-    """Sum over the components of four vectors of x^T M x, M (4, 4) symmetric."""
+def _quadratic_form(M, a, b, c, d):
+    """Sum of x^T M x over the components x of four vectors; M : (4, 4), symmetric."""
     x = M[0, 0] * dot(a, a) + M[1, 1] * dot(b, b) + M[2, 2] * dot(c, c) + M[3, 3] * dot(d, d)
     y = M[0, 1] * dot(a, b) + M[0, 2] * dot(a, c) + M[0, 3] * dot(a, d)
     return x + 2.0 * (y + M[1, 2] * dot(b, c) + M[1, 3] * dot(b, d) + M[2, 3] * dot(c, d))
@@ -393,24 +395,24 @@ def _square(M, a, b, c, d):
 
 @inlined
 def stretch_energies(y, u, n, H, h, bending_H, bending_h, M, work, out):
-    """out : (3,) += kinetic and strain energy, and that of bending alone, of n alike elements as in `stretch_forces`.
+    """out : (3,) += kinetic, strain and bending energy, J, of n consecutive elements with equal constants.
 
     Parameters
     ----------
-    y, u : (6 n + 6,) float, coordinates of the nodes and their rates
-    bending_H, bending_h : as of `stretch_energy`, of the form of bending alone
+    y, u : (6 n + 6,) float, nodal coordinates and their rates
+    bending_H, bending_h : as H and h of `stretch_energy`, for bending alone
     """
     for k in range(n):
         i = 6 * k
         v = _vectors(y, i)
         a, b = (u[i], u[i + 1], u[i + 2]), (u[i + 3], u[i + 4], u[i + 5])
         c, d = (u[i + 6], u[i + 7], u[i + 8]), (u[i + 9], u[i + 10], u[i + 11])
-        work[k] = 0.5 * _square(M, a, b, c, d)
-        work[ROW + k] = _strain_energy(v, H, h)
-        work[2 * ROW + k] = _strain_energy(v, bending_H, bending_h)
+        work[k] = 0.5 * _quadratic_form(M, a, b, c, d)
+        work[GROUP + k] = _strain_energy(v, H, h)
+        work[2 * GROUP + k] = _strain_energy(v, bending_H, bending_h)
     for c in range(3):
         for k in range(n):
-            out[c] += work[c * ROW + k]
+            out[c] += work[c * GROUP + k]
 
 
 @inlined
@@ -450,9 +452,12 @@ def stretch_tangent(e, u, interval, b, c, H, h, B, changes, work, K):
 
 @inlined
 def write_stretch_columns(H, p, a, q, pull, right, T):
-    """Derivatives of the force of point p on a and on q by the coordinates; T : (6, 12), rows of a first.
+    """Derivatives of the forces of point p on a and on q by the coordinates.
 
-    Bending is as of `stretch_tangent`; pull I + a right^T is added to the derivative of the force on a by a.
+    T : (6, 12) float, output; the first three rows belong to a, the others to q.
+
+
+    Bending as in `stretch_tangent`; the derivative of the force on a by a also has the term pull I + a right^T.
     """
     aa, aq, qq = dot(a, a), dot(a, q), dot(q, q)
     EI, z = H[3, 3 + p] / (aa * aa), aq / aa
@@ -476,7 +481,7 @@ def write_stretch_columns(H, p, a, q, pull, right, T):
 
 @inlined
 def write_stretch_tangent(H, T, K):
-    """K of what `write_stretch_columns` has written of the three points, one after the other, to T."""
+    """Tangent K from the derivatives that `write_stretch_columns` has written to T for each of the three points."""
     T0, T1, T2 = matrix_view(T, 0, 6, 12), matrix_view(T, 72, 6, 12), matrix_view(T, 144, 6, 12)
     for j in range(3):
         i0, k0, i1, k1, i2, k2 = H[0, j], H[0, 3 + j], H[1, j], H[1, 3 + j], H[2, j], H[2, 3 + j]

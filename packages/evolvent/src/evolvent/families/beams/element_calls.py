@@ -12,7 +12,7 @@ from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect
 from evolvent.families.beams import cable
 from evolvent.kernels import ancf
 from evolvent.kernels.ancf import INTERVAL
-from evolvent.kernels.ancf_beams import ROW_ENERGIES, ROW_FORCES
+from evolvent.kernels.ancf_beams import GROUP_ENERGIES, GROUP_FORCES
 
 _FORCE = REAL(VECTOR, VECTOR, INTERVAL, REAL, MATRIX, VECTOR, MATRIX, VECTOR, VECTOR, VECTOR)
 _TANGENT = void(VECTOR, VECTOR, INTERVAL, REAL, REAL, MATRIX, VECTOR, MATRIX, VECTOR, VECTOR, MATRIX)
@@ -22,14 +22,15 @@ _ENERGY = REAL(VECTOR, MATRIX, VECTOR, REAL, VECTOR)
 class Functions(NamedTuple):
     """Functions of one kind of element, called by address.
 
-    forces and energies, where a kind has them, are of elastic elements in a row that have the same constants.
+    group_forces and group_energies evaluate consecutive elements with equal constants (forces: without damping); None
+    if a kind does not have them.
     """
 
     force: Any
     tangent: Any
     energy: Any
-    forces: Any = None
-    energies: Any = None
+    group_forces: Any = None
+    group_energies: Any = None
 
 
 @indirect(_FORCE, disjoint=True)
@@ -94,15 +95,15 @@ def stretch_tangent(e, u, interval, b, c, H, h, B, changes, work, K):
     cable.stretch_tangent(e, u, interval, b, c, H, h, B, changes, work, K)
 
 
-@indirect(ROW_FORCES, disjoint=True)
+@indirect(GROUP_FORCES, disjoint=True)
 def stretch_forces(y, a, scale, n, H, h, M, work, F):
-    """Cables with engineering strain in a row."""
+    """Group of cable elements with engineering strain."""
     cable.stretch_forces(y, a, scale, n, H, h, M, work, F)
 
 
-@indirect(ROW_ENERGIES, disjoint=True)
+@indirect(GROUP_ENERGIES, disjoint=True)
 def stretch_energies(y, u, n, H, h, bending_H, bending_h, M, work, out):
-    """Cables with engineering strain in a row."""
+    """Group of cable elements with engineering strain."""
     cable.stretch_energies(y, u, n, H, h, bending_H, bending_h, M, work, out)
 
 

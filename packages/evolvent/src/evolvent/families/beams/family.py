@@ -362,7 +362,7 @@ def force(interval, model):
 
 @inlined
 def _add_elements(inertia, interval, model):
-    """Forces of all elements, and their inertia under accelerations times a factor; powers of damping."""
+    """Forces of all elements, inertia forces for accelerations times `inertia`, and powers of damping."""
     step, powers = interval.step, interval.powers
     lost, viscous = ancf_beams.add_elements(
         interval.ym, interval.dv, inertia, (step.h, step.chi, step.chi_v, step.ratio), model, model.F
@@ -436,14 +436,14 @@ def turning_tangent(factor, spin, y, model, matrix):
 
 
 # form, bending, mass: indices in the pools of the model, bending of the form of that alone; force, tangent,
-# energy: indices (`jit.slot`) of `element_calls`, as are forces and energies, of elements in a row, 0 for none;
-# stretch: 1 of a cable with engineering strain; section: index among the parameters of what `beam_strains` needs;
-# changes: of products, stretches and curvatures over the step before, then over this one (`ancf.force_of`); free:
-# strains by heat at `beam_strains.POINTS`; the others are in `RESULTS`
+# energy: indices (`jit.slot`) of `element_calls`; group_forces, group_energies: the same for groups of consecutive
+# elements, 0 for none; stretch: 1 of a cable with engineering strain; section: index among the parameters of what
+# `beam_strains` needs; changes: of products, stretches and curvatures over the step before, then over this one
+# (`ancf.force_of`); free: strains by heat at `beam_strains.POINTS`; the others are in `RESULTS`
 ELEMENTS = Family(
     "elements",
     record(
-        "beam iq iv form bending mass force tangent energy forces energies stretch section",
+        "beam iq iv form bending mass force tangent energy group_forces group_energies stretch section",
         "length alpha beta thickness",
         "changes free strain axial_force energy_density shear_force_y shear_force_z bending_moment torsional_moment "
         "bending_moment_y bending_moment_z free_strain free_curvature_y free_curvature_z",
@@ -479,8 +479,8 @@ ELEMENTS = Family(
             ancf_beams.add_elements: "force",
             ancf_beams.add_element_tangents: "tangent",
             ancf_beams.beam_energies: "energy",
-            ancf_beams.add_row: "forces",
-            ancf_beams.add_row_energies: "energies",
+            ancf_beams.add_group: "group_forces",
+            ancf_beams.add_group_energies: "group_energies",
         },
     ),
     inertia=Inertia(turning_tangent=turning_tangent),

@@ -213,14 +213,14 @@ def kick(y, s, model, dy):
 
 
 # path: 1 + kind of the drive (`kernels.drive`) that moves a driven body along `direction`, 0 for none; along: its
-# acceleration, m/s2; laden: 1 where M holds the mass with what is carried, else M is not used; of thread that moves
-# with the body (`kernels.thread.step`): carried (kg), moment, own (inertia), and spin0, spin1, momentum by turning on
-# spools at both ends of a step, body axes; torque: on a free body over a step, less that of its wheels, in the axes of
-# the step's start
+# acceleration, m/s2; has_mass_matrix: 1 where M holds the mass matrix of the body with all attached masses, 0 where
+# M is not used; of thread that moves with the body (`kernels.thread.step`): carried (kg), moment, own (inertia), and
+# spin0, spin1, momentum by turning on spools at both ends of a step, body axes; torque: on a free body over a step,
+# less that of its wheels, in the axes of the step's start
 BODIES = Family(
     "bodies",
     record(
-        "motion iq iv path path_first path_last path_law laden",
+        "motion iq iv path path_first path_last path_law has_mass_matrix",
         "mass inertia axis R0 x0 rate spin_inertia direction",
         "R x v w M L F J a along carried moment own spin0 spin1 torque linear angular kinetic",
         inertia=_33, axis=_3, R0=_33, x0=_3, direction=_3, R=_33, x=_3, v=_3, w=_3, M=_66, L=_66, F=_6, a=_6,

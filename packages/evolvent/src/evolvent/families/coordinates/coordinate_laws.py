@@ -18,10 +18,10 @@ from evolvent.kernels.profile import profile
 from evolvent.model import BY_DAMPER, BY_FRICTION, BY_LATCH, FRICTION_FORCE, MODEL
 
 USED_FOR = "coordinates"
-#: Kinds of motors.
-#: Fields of coordinates whose extremes over all steps are kept.
+#: Fields of coordinates whose extremes over all steps are stored.
 EXTREMES = ("angle", "rate", "torque", "rubs", "latch_torque")
 ANGLE, RATE, TORQUE, RUBS, LATCH_TORQUE = range(len(EXTREMES))
+#: Kinds of motors.
 BY_PROFILE, BY_LAW, BY_MOTION, BY_VOLTAGE, BY_CURRENT = range(5)
 
 
@@ -176,7 +176,7 @@ def lock(s, coordinates, k):
 
 @inlined
 def note_coordinates(coordinates):
-    """Take the last evaluation of all coordinates into their extremes over all steps."""
+    """Update the extremes over all steps of all coordinates by their last evaluation."""
     for k in range(coordinates.size):
         note_extremes(coordinates[k].extremes, ANGLE, coordinates[k].angle)
         note_extremes(coordinates[k].extremes, RATE, coordinates[k].rate)

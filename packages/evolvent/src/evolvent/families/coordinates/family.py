@@ -235,7 +235,7 @@ def measure_state(t, y, s, model):
 
 @calls.note_extremes
 def note_extremes(s, model):
-    """Coordinates, their rates, and torques."""
+    """Extremes of all coordinates, their rates and torques."""
     coordinate_laws.note_coordinates(model.coordinates)
 
 

@@ -222,8 +222,8 @@ def start(interval, model):
 
 
 @calls.note_extremes
-def note_all(s, model):
-    """Coordinates of all resistances, their rates, torques, and those of bristles."""
+def note_resistances(s, model):
+    """Extremes of the coordinates, rates, torques and bristle torques of all resistances."""
     rows = model.resistances
     for k in range(rows.size):
         note_extremes(rows[k].extremes, 0, rows[k].angle)
@@ -291,7 +291,7 @@ RESISTANCES = Family(
     switching=Switching(change=resistance.change_curves),
     statics=Statics(no_balance=_no_balance, sets=_sets),
     samples=Samples(
-        local=True, evaluate=False, extremes=("angle", "rate", "torque", "rubs"), note_extremes=note_all
+        local=True, evaluate=False, extremes=("angle", "rate", "torque", "rubs"), note_extremes=note_resistances
     ),
 )  # fmt: skip
 

@@ -56,8 +56,8 @@ def coupled_energy(t, model):
 
 
 @calls.note_extremes
-def note_all(s, model):
-    """Stretches and torques of all cables."""
+def note_synchronizations(s, model):
+    """Extremes of the stretches and torques of all cables."""
     rows = model.synchronizations
     for k in range(rows.size):
         note_extremes(rows[k].extremes, 0, rows[k].stretch)
@@ -100,5 +100,5 @@ SYNCHRONIZATIONS = Family(
     implicit=Implicit(end_step=end_step),
     step=Step(energy=coupled_energy),
     statics=Statics(uneven=never),
-    samples=Samples(local=True, evaluate=False, extremes=("stretch", "torque"), note_extremes=note_all),
+    samples=Samples(local=True, evaluate=False, extremes=("stretch", "torque"), note_extremes=note_synchronizations),
 )  # fmt: skip

@@ -91,7 +91,7 @@ def end_step(interval, model):
 
 @calls.note_extremes
 def note_motors(s, model):
-    """Coordinates of all motors, their rates, torques, powers and currents."""
+    """Extremes of the coordinates, rates, torques, powers and currents of all motors."""
     rows = model.motors
     for k in range(rows.size):
         note_extremes(rows[k].extremes, 0, rows[k].angle)
@@ -285,7 +285,7 @@ def start(interval, model):
 
 @calls.note_extremes
 def note_drivetrains(s, model):
-    """Torques of all drivetrains on their joints."""
+    """Extremes of the torques of all drivetrains on their joints."""
     for k in range(model.drivetrains.size):
         note_extremes(model.drivetrains[k].extremes, 0, model.drivetrains[k].torque)
 

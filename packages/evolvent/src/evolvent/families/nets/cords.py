@@ -53,7 +53,7 @@ def samples_of_cords(view: View, index: int) -> dict[str, Array]:
 
 
 def extremes_of_cords(view: View, index: int, field: str) -> Array | None:
-    """Least and largest values over all steps of a field of each cord, (2, m); None where they are not known."""
+    """Least and largest values over all steps of a field of each cord, (2, m) float; None if they are not known."""
     return view.fields["springs"].extremes_of(field, _own(view.model, index))
 
 

@@ -28,12 +28,13 @@ _CLOSED, _ROUND_OFF = 1e-13, 1e-10
 _MOST = 40
 #: Fold angle that is round-off, rad.
 _NO_FOLD = 1e-9
-#: Edges of a facet of four vertices as a shell, from its first vertex on, and whether they go on counterclockwise.
+#: Edges of a quadrilateral facet that is a shell, counterclockwise from its first vertex, and 1 if the nodes of the
+#: edge are in this order, else -1.
 EDGES = (("y0", 1.0), ("x1", 1.0), ("y1", -1.0), ("x0", -1.0))
 
 
 def edge_of(facet: tuple[int, ...], begin: int) -> tuple[str, float]:
-    """Edge of a facet as a shell that goes on counterclockwise from a vertex, and 1 if its nodes do so, else -1."""
+    """Edge of a facet that follows a vertex counterclockwise, and 1 if its nodes are in this order, else -1."""
     return EDGES[facet.index(begin)]
 
 

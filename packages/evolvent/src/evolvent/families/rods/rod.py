@@ -271,17 +271,18 @@ def add_rods(h, chi, ratio, model):
     The power of heat is that of the forces by which free strains act, as loads; elastic energies are those of the
     whole strain.
     """
-    return _add_all(h, chi, ratio, model)
+    return _add_rods(h, chi, ratio, model)
 
 
 @indirect(types.UniTuple(REAL, 3)(MODEL))
 def add_rods_of_state(model):
-    """`add_rods` of a state, as code without what a step alone needs."""
-    return _add_all(0.0, 0.0, 0.0, model)
+    """`add_rods` for a state: an interval of length zero, compiled without the terms of a step."""
+    return _add_rods(0.0, 0.0, 0.0, model)
 
 
 @inlined
-def _add_all(h, chi, ratio, model):
+def _add_rods(h, chi, ratio, model):
+    """See `add_rods`; inlined, so that constant arguments remove branches."""
     work, lost, given = model.rod, 0.0, 0.0
     S, p = work[_S : _S + 6], work[_P : _P + 7]
     for r in range(model.rods.size):

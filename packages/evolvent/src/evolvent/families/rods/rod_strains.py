@@ -38,14 +38,14 @@ LEAST_COSINE = -0.5
 # indices in the scratch `Model.rod`
 _J0, _J1, _D0, _D1, _A, _B, _K, _P, _S, _Q, WORK = 0, 84, 168, 210, 252, 301, 385, 529, 536, 542, 596
 
-#: Largest 1 - cos(angle) of polynomials for psi and its derivatives, and their numbers of coefficients: errors of
-#: round-off. Series in powers of 1 - cos(angle) are summed to so many terms first.
+#: Largest u = 1 - cos(angle) at which polynomials give psi and its derivatives; numbers of their coefficients, with
+#: which errors are round-off; number of terms of the power series from which the polynomials are economized.
 _NEAR, _COUNTS, _TERMS = Fraction(1, 10), (9, 10, 10), 24
 
 
-def _economised(series, count):
-    """Polynomial for a power series on [0, _NEAR]: multiples of Chebyshev polynomials take its highest powers off."""
-    powers = [a * _NEAR**k for k, a in enumerate(series)]  # of x = u/_NEAR
+def _economize(series, count):
+    """Coefficients of a power series on [0, _NEAR], economized by Chebyshev polynomials to `count` terms."""
+    powers = [a * _NEAR**k for k, a in enumerate(series)]  # in x = u/_NEAR
     shifted = [[Fraction(1)], [Fraction(-1), Fraction(2)]]
     while len(shifted) < len(powers):  # T_n+1 = 2 (2 x - 1) T_n - T_n-1
         last, found = shifted[-1], [Fraction(0)] * (len(shifted) + 1)
@@ -63,7 +63,10 @@ def _economised(series, count):
 
 
 def _polynomials():
-    """Coefficients of psi and its two derivatives by u = 1 - cos(angle); those of phi are a_k = a_(k-1) k/(2 k + 1)."""
+    """Coefficients of psi and its first two derivatives by u = 1 - cos(angle).
+
+    They follow from the series of phi, a_k = a_(k-1) k/(2 k + 1).
+    """
     a = [Fraction(1)]
     for k in range(1, _TERMS + 2):
         a.append(a[-1] * k / (2 * k + 1))
@@ -72,7 +75,7 @@ def _polynomials():
         series.append((series[-1] - a[k + 1]) / 2)
     found = []
     for count in _COUNTS:
-        found.append(_economised(series, count))
+        found.append(_economize(series, count))
         series = [k * a for k, a in enumerate(series)][1:]
     return tuple(found)
 
@@ -82,8 +85,8 @@ _LARGEST = float(_NEAR)
 
 
 @inlined
-def _value(coefficients, u):
-    """Polynomial of u."""
+def _polynomial(coefficients, u):
+    """Value of a polynomial at u, by Horner's scheme."""
     total = 0.0
     for k in range(len(coefficients) - 1, -1, -1):
         total = coefficients[k] + u * total
@@ -96,7 +99,7 @@ def angle_factors(c):
     u = 1.0 - c
     square = u * (2.0 - u)
     if u < _LARGEST:
-        psi = _value(_PSI, u)
+        psi = _polynomial(_PSI, u)
         return 1.0 - square * psi, psi
     if not c >= LEAST_COSINE:
         return math.nan, math.nan
@@ -106,11 +109,11 @@ def angle_factors(c):
 
 @inlined
 def first_slopes(c, phi, psi):
-    """First derivatives of phi and psi by the cosine, where they have these values."""
+    """First derivatives of phi and psi by the cosine c, from their values at c."""
     u = 1.0 - c
     square = u * (2.0 - u)
     if u < _LARGEST:
-        q = -_value(_PSI_U, u)
+        q = -_polynomial(_PSI_U, u)
         return 2.0 * c * psi - square * q, q
     p = (c * phi - 1.0) / square
     return p, (2.0 * c * psi - p) / square
@@ -124,7 +127,7 @@ def angle_slopes(c):
     phi, psi = angle_factors(c)
     p, q = first_slopes(c, phi, psi)
     if u < _LARGEST:
-        qq = _value(_PSI_UU, u)
+        qq = _polynomial(_PSI_UU, u)
         return p, q, 2.0 * psi + 4.0 * c * q - square * qq, qq
     pp = (phi + 3.0 * c * p) / square
     return p, q, pp, (2.0 * psi + 4.0 * c * q - pp) / square

@@ -83,8 +83,8 @@ def end_step(interval, model):
 
 
 @calls.note_extremes
-def note_all(s, model):
-    """Extensions and tensions of all springs."""
+def note_springs(s, model):
+    """Extremes of the extensions and tensions of all springs."""
     rows = model.springs
     for k in range(rows.size):
         note_extremes(rows[k].extremes, 0, rows[k].extension)
@@ -206,7 +206,7 @@ SPRINGS = Family(
     statics=Statics(uneven=_uneven, no_balance=_no_balance, sets=_sets),
     energies=Energies(resists=("extension", "tension")),
     samples=Samples(
-        local=True, evaluate=evaluate, extremes=("extension", "tension"), note_extremes=note_all
+        local=True, evaluate=evaluate, extremes=("extension", "tension"), note_extremes=note_springs
     ),
     notes=Notes(passages=_passages),
 )  # fmt: skip

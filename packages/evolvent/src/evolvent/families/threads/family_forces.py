@@ -71,7 +71,7 @@ def explicit_force(interval, model):
 
 @calls.note_extremes
 def note_extremes(s, model):
-    """Tensions of all threads at their spools."""
+    """Extremes of the tensions of all threads at their spools."""
     for p in range(model.threads.size):
         extremes.note_extremes(model.threads[p].extremes, 0, held_tension(s, model, p))
 

@@ -50,7 +50,7 @@ def add_thread_residual(t, y, a, step, model, F):
     bodies, threads, nodes = model.bodies, model.threads, model.nodes
     n_q, s = model.info.nq, model.switches
     for b in range(bodies.size):  # masses of threads alone
-        bodies[b].J, bodies[b].laden = 0.0, 1
+        bodies[b].J, bodies[b].has_mass_matrix = 0.0, 1
         for i in range(6):
             for j in range(6):
                 bodies[b].M[i, j] = 0.0

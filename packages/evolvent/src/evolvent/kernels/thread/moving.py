@@ -33,7 +33,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels.drive import FREE as FREE_SPOOL
-from evolvent.kernels.rigid import FREE, SPIN, add_mass, add_wrench, centripetal, lade
+from evolvent.kernels.rigid import FREE, SPIN, add_mass, add_wrench, assemble_mass_matrix, centripetal
 from evolvent.kernels.rotations import cross, turn
 from evolvent.kernels.rotor import add_reaction
 from evolvent.kernels.thread.chain import departure_acceleration
@@ -372,7 +372,7 @@ def hold_root(y, loaded, p, model, dy):
         along = ax * u[3] + ay * u[4] + az * u[5]
         bodies[b].J -= copies * along * along / own
     elif bodies[b].motion == FREE:
-        lade(bodies, b)
+        assemble_mass_matrix(bodies, b)
         for i in range(6):
             for j in range(6):
                 bodies[b].M[i, j] -= copies * u[i] * u[j] / own

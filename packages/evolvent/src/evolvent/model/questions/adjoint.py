@@ -25,8 +25,8 @@ class AdjointSupport:
         and they do not change where the ends of the step are exchanged: for all of its records, or a mask of them
     cubic : whether its forces are cubic in its coordinates, so that wide differences of the fourth order are exact,
         beside which nothing may happen at once
-    smooth : whether its forces have no kinks between the events at which a run lands, so that tangents of many steps
-        are interpolated between few: for all of its records, or a mask of them
+    smooth : whether its forces have no kinks between events, so that tangents of many steps can be interpolated
+        between those of a few: for all of its records, or a mask of them
     """
 
     reason: str

@@ -34,10 +34,10 @@ class Samples:
     interpolate : compiled: moves in a state between those of the ends of a step, (part, y0, y1), what lies on lines of
         its own
     between : compiled: the same of a sample, (part, start, length, y0, y1), where it needs the time as well
-    extremes : fields that are results, whose least and largest values over all steps stand in the field `extremes` of
-        each record: of one after the other, the least and the largest
-    note_extremes : compiled: (s, model): the last evaluation, of the start or the end of a step (of energy-momentum the
-        means over it), into these
+    extremes : names of m results whose extremes over all steps are stored in the field `extremes`, (2 m,) float, of
+        each record: the least and the largest value of each in turn
+    note_extremes : compiled: (s, model): updates this field by the last evaluation, which is at the start or the end of
+        a step (under energy-momentum: by the means over the step)
     """
 
     evaluate: Call = None

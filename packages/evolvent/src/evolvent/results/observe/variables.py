@@ -25,8 +25,8 @@ class Variable(NamedTuple):
     values : array
     units : str, SI, as UDUNITS writes them ("kg m2 s-1")
     long_name : str, what it is and in which axes
-    extremes : array (2, ...), least and largest values over all steps of what it has beside the time, NaN of one that
-        is not known; None where none is
+    extremes : array (2, ...), least and largest values over all steps, with the dimensions of `values` other than time;
+        NaN where one is not known; None if none is known
     """
 
     dims: tuple[str, ...]
@@ -63,8 +63,8 @@ class FamilyFields(dict[str, Array]):
 
     Parameters
     ----------
-    noted : tuple of str, fields whose extremes over all steps the records hold
-    extremes : (n, 2 m) float, the least and the largest value of each of them in turn; (n, 2 m, k) of k copies
+    noted : tuple of str, m fields whose extremes over all steps are stored in the records
+    extremes : (n, 2 m) float, least and largest value of each of these fields in turn; (n, 2 m, k) for k copies
     """
 
     def __init__(self, values: Mapping[str, Array], noted: tuple[str, ...] = (), extremes: Array | None = None) -> None:
@@ -72,9 +72,9 @@ class FamilyFields(dict[str, Array]):
         self._noted, self._extremes = noted, extremes
 
     def extremes_of(self, field: str, index: Any) -> Array | None:
-        """Least and largest value of a field of a record, (2,), or of several, (2, m); of k copies (2, k), (2, m, k).
+        """Least and largest value over all steps of a field of one record, (2,), or of m records, (2, m).
 
-        None where they are not known, as without a time loop.
+        Of k copies (2, k) or (2, m, k). None if they are not known, as without a time loop.
         """
         if self._extremes is None or field not in self._noted:
             return None

@@ -73,8 +73,8 @@ class Fields(dict[str, FamilyFields]):
     Parameters
     ----------
     evaluated : returns values (nt, n), of `evaluate_samples`, and their layout, for the family that is asked for
-    kept : returns what stands in the place of some of those of a family, by field
-    noted : returns the extremes over all steps of the fields of a family that notes some, as of `FamilyFields`
+    kept : returns values, by field, that replace those of a family
+    noted : returns the extremes over all steps of fields of a family that stores some, as of `FamilyFields`
     """
 
     def __init__(
@@ -138,7 +138,7 @@ class View:
     ----------
     solution : Solution
     assembly, model, t, y, s : of the solution
-    is_of_copies : bool, whether the samples are those of copies of a run, one copy after the other
+    is_of_copies : bool, whether the samples are those of several copies of a run, copy by copy
     explicit : bool, whether an explicit method made it
     wanted : set of str, variables that are asked for, beside which others may be left out; None: all
 
@@ -206,7 +206,7 @@ class View:
         return Fields(lambda family: evaluated(family in self._families), self._kept_fields, self._extremes)
 
     def _extremes(self, family: str) -> Array:
-        """Extremes over all steps of the fields of which a family notes them: as of `FamilyFields`."""
+        """Extremes over all steps of fields of a family, as of `FamilyFields`."""
         found: Array = families.records(self.solution.assembly.model, family)[EXTREMES]
         return found
 
@@ -229,7 +229,14 @@ class View:
     def _evaluate(
         self, s: Array, la: Array, factors: Array, model: Any, fields: tuple[_Layout, Array], values: Array
     ) -> None:  # fmt: skip
-        """Evaluate the samples by a model that may be written to, as `evaluate_samples` does."""
+        """Evaluate the samples by `evaluate_samples` with a model that may be written to.
+
+        Parameters
+        ----------
+        s, la, factors : switches, multipliers and load factors of the samples
+        fields : layout, and table of the fields that are evaluated
+        values : (nt, n) float, output
+        """
         needs.load(model, evaluate_samples)
         evaluate_samples(self.t, self.y, s, la, factors, model, fields[1], values)
 
@@ -271,7 +278,7 @@ class View:
         return shared[key]
 
     def _kept_fields(self, family: str) -> dict[str, Array]:
-        """Fields of a family that the method has kept, or that are evaluated beside the states."""
+        """Fields of a family that the method has stored, or that are evaluated beside the states."""
         kept, found = self.solution.kept, dict[str, Array]()
         if registry.families()[family].samples.kept and (kept is not None or is_by_rates(self.solution.model)):
             found = self._forces.get(family, {})  # else there is nothing to evaluate again
@@ -301,7 +308,7 @@ class View:
         return self._poses[index]
 
     def poses(self, indices: Sequence[int]) -> Pose:
-        """Motion of n bodies: x, v, w (nt, n, 3) and R (nt, n, 3, 3); of those that move freely it is found at once."""
+        """Poses of n bodies: x, v, w (nt, n, 3) and R (nt, n, 3, 3); those of free bodies are computed together."""
         free = [k for k in indices if k not in self._poses and self.model.bodies[k]["motion"] == rigid.FREE]
         if free:
             rows = self.model.bodies[np.array(free)]

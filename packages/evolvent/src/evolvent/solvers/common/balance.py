@@ -132,7 +132,7 @@ begin_extremes, extend_extremes = inlined(begin), inlined(extend)
 
 def moved_over(balance: Any) -> np.ndarray:
     """Energy moved from the first sample to each: (nt,) float, J; see `moved`. Samples of NaN move nothing."""
-    found = _moved(columns(balance), _along(np.fmax.accumulate), _along(np.fmin.accumulate))
+    found = _moved(columns(balance), _over_time(np.fmax.accumulate), _over_time(np.fmin.accumulate))
     return np.asarray(np.nan_to_num(found, nan=0.0, posinf=math.inf))
 
 
@@ -143,8 +143,8 @@ def _moved(of: SimpleNamespace, high: Callable[[Any], Any], low: Callable[[Any],
     return np.maximum.reduce([*swings, high(worked(since)), high(lost(since)), SPIN * high(of.kinetic)])
 
 
-def _along(act: Callable[..., Any]) -> Callable[[Any], Any]:
-    """A function of NumPy that acts over time, the last axis."""
+def _over_time(act: Callable[..., Any]) -> Callable[[Any], Any]:
+    """A function of NumPy, applied along time, the last axis."""
     return functools.partial(act, axis=-1)
 
 
@@ -250,6 +250,11 @@ class Watch:
         return self.largest
 
 
+def columns_of(rows: np.ndarray) -> SimpleNamespace:
+    """Columns (..., nt) by name of balances (..., nt, n), whose last axis is in the order of `BALANCE`."""
+    return SimpleNamespace(**{name: rows[..., k] for k, name in enumerate(BALANCE.names or ())})
+
+
 def closure(
     balance: Any, *, moved: float = 0.0, unresolved: float = 0.0, damps: bool = True, floor: float = 0.0
 ) -> Closure:
@@ -260,42 +265,37 @@ def closure(
     moved : float, J, energy that was moved as a loop saw it, between samples too
     unresolved, damps, floor : as of `Closure`
     """
-    found = swings(columns(balance))
-    if not damps and not found.finite:  # samples of other methods may have no balance
-        return Closure(moved, math.inf, math.inf, math.inf, unresolved, damps)
-    rise, fall, most, net = (float(one) for one in (found.rise, found.fall, found.most, found.net))
-    return Closure(max(moved, float(found.moved)), rise, fall, most, unresolved, damps, net, floor)
+    of = SimpleNamespace(**{name: values[None] for name, values in vars(columns(balance)).items()})
+    (found,) = closures(of, [moved], unresolved=unresolved, damps=damps, floor=floor)
+    return found
 
 
-class Swings(NamedTuple):
-    """What follows from the balances of runs over time, of each run (see `Closure`).
+def closures(
+    of: SimpleNamespace, moved: Sequence[float], *, unresolved: float = 0.0, damps: bool = True, floor: float = 0.0
+) -> list[Closure]:
+    """How well the balances at the samples of several runs close.
 
-    Attributes
+    Parameters
     ----------
-    moved, rise, fall, most, net : (...) float, J, energy moved, rise and fall of the defect, magnitude of the largest
-        energy, and rise of the defect above its start
-    finite : (...) bool, whether the defect is finite at all samples
+    of : columns (k, nt) of `BALANCE` by name
+    moved : (k,) float, J, energies that were moved as a loop saw it, between samples too
+    unresolved, damps, floor : as of `Closure`
     """
-
-    moved: Any
-    rise: Any
-    fall: Any
-    most: Any
-    net: Any
-    finite: Any
-
-
-def swings(of: SimpleNamespace) -> Swings:
-    """What follows from the balances of runs over time, by columns (..., nt)."""
-    found, high = defect(of, 0.0), functools.partial(np.fmax.reduce, axis=-1, initial=0.0)  # of numbers, for NaN
-    moved: Any = 0.0
+    found, high = defect(of, 0.0), functools.partial(np.fmax.reduce, axis=-1, initial=0.0)  # which skips NaN
+    finite = np.isfinite(found).all(axis=-1)
+    at_samples = np.zeros(len(found))
     if found.shape[-1]:
-        moved = np.fmax(_moved(of, _along(np.fmax.reduce), _along(np.fmin.reduce)), 0.0)
-    return Swings(
-        moved,
-        high(found - np.fmin.accumulate(found, axis=-1)),
-        high(np.fmax.accumulate(found, axis=-1) - found),
-        np.maximum(high(np.abs(of.kinetic)), high(np.abs(potential(of)))),
-        high(found - found[..., :1]),
-        np.isfinite(found).all(axis=-1),
-    )
+        at_samples = np.fmax(_moved(of, _over_time(np.fmax.reduce), _over_time(np.fmin.reduce)), 0.0)
+    rises = high(found - np.fmin.accumulate(found, axis=-1))
+    falls = high(np.fmax.accumulate(found, axis=-1) - found)
+    energies = np.maximum(high(np.abs(of.kinetic)), high(np.abs(potential(of))))
+    net = high(found - found[..., :1])
+    each = []
+    for k, own in enumerate(moved):
+        if damps or finite[k]:
+            whole = max(own, float(at_samples[k]))
+            rise, fall, most = float(rises[k]), float(falls[k]), float(energies[k])
+            each.append(Closure(whole, rise, fall, most, unresolved, damps, float(net[k]), floor))
+        else:  # samples of other methods may have no balance
+            each.append(Closure(own, math.inf, math.inf, math.inf, unresolved, damps))
+    return each

@@ -1,4 +1,4 @@
-"""A start that is brought onto its constraints, in its positions and in its velocities.
+"""Projection of the positions and velocities at the start onto the constraints.
 
 Parts are placed by numbers with a few digits: a gap of 1e-9 m is no error of a model, but a step of 1e-8 s that ends on
 the constraints closes it at 0.1 m/s. Velocities at the end of a run by midpoints miss the constraints by an error of
@@ -58,14 +58,14 @@ def closed(model: mdl.Model, matrix: SparseBlocks, t: float, y: Array, inertia: 
     return best
 
 
-def with_rates(assembly: Assembly, most: float) -> Assembly:
-    """An assembly whose velocities meet the constraints at the start, changed as little as possible.
+def project_velocities(assembly: Assembly, most: float) -> Assembly:
+    """The assembly with velocities that satisfy the constraints at the start: the smallest change by least squares.
 
     Parameters
     ----------
-    assembly : in whose rows those that are released end before the start
-    most : float, by how much the velocities may miss the constraints, beside the largest of 1 and all rates; those that
-        miss them by more stay, and the methods refuse them by name
+    assembly : Assembly; released constraint rows end before the start
+    most : float, largest violation that is corrected, relative to the larger of 1 and the largest velocity; larger
+        ones stay, and the methods refuse them by name
     """
     model, y, rows = assembly.model, assembly.y.copy(), assembly.model.constraints
     held = np.flatnonzero((rows["stiffness"] == 0.0) & (rows["until"] >= 0.0))

@@ -63,8 +63,8 @@ from evolvent_base.errors import InputError
 Array = np.ndarray
 #: Steps of a record, and bytes of all at most.
 STEPS_OF_TAPE, MOST_BYTES = 256, 4e9
-#: Correction at which an iteration has converged, at most; and the same beside beams, rods and shells, so that forces
-#: along stiff directions, which turn with them, are those of the step.
+#: Largest correction at which an iteration has converged; the same with beams, rods and shells, whose stiff directions
+#: rotate, so that forces along these are accurate.
 NEWTON = 1e-10, 1e-12
 
 
@@ -362,7 +362,7 @@ class Adjoint:
         return found
 
     def _colours_of_start(self) -> tuple[Array, Array, Array, Array]:
-        """Colours of the coordinates in constraints, and the constraints of each: as of `Start`."""
+        """Colours of the coordinates in constraints, and the constraints of each coordinate, as of `Start`."""
         equations = [one[one >= self.n_v] for one in equations_of(self.lead.plan.assembly)]
         starts, columns = joined(coloured(equations, (j for j in range(self.n_v) if equations[j].size)))
         return starts, columns, *joined([equations[j] for j in columns])
@@ -388,7 +388,7 @@ class Adjoint:
         return found
 
     def _shared(self, name: str, make: Callable[[], Any]) -> Any:
-        """What follows from the structure and the layout of its matrix; variants of a system share it."""
+        """The result of `make`, shared by variants of a system: it depends on structure and matrix layout alone."""
         base = self.lead.plan.assembly
         if base.shared is None or base.model.info.releases:
             return make()
@@ -398,7 +398,7 @@ class Adjoint:
         return base.shared[key]
 
     def _columns(self) -> tuple[Array, Array, Array]:
-        """Entries that the matrix may have, by columns, as of `columns_of`."""
+        """Possible entries of the matrix, by columns, as of `columns_of`."""
         base = self.lead.plan.assembly
         found: tuple[Array, Array, Array] = self._shared("columns", lambda: columns_of(equations_of(base), self.room))
         return found

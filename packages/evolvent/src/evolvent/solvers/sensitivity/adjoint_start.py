@@ -36,7 +36,7 @@ from evolvent.solvers.time.implicit.alpha_tangent import short_c_mass
 from evolvent.solvers.time.implicit.workspace import WORKSPACE
 
 _I = types.int64
-#: Change of a coordinate in a step by which g'' is derived, beside its size.
+#: Change of a coordinate by which g'' is differentiated, relative to its size.
 MOVE = 1e-3
 #: Rows of `Start.scratch`.
 Z, N, MU, J, FREE, RIGHT, L, OUT, TURNED, N_ROWS = range(10)

@@ -80,7 +80,7 @@ def depends_on_time(model: Any) -> bool:
 
 
 def are_smooth(model: Any) -> bool:
-    """Whether all forces have derivatives that are smooth functions of the state, between latches and changes."""
+    """Whether the derivatives of all forces are smooth functions of the state between events."""
     own = ((family.adjoint, family.records(model)) for family in whole())
     return all(support is not None and every(support.smooth, found) for support, found in own if found.size)
 

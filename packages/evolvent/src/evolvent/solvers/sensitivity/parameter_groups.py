@@ -1,4 +1,4 @@
-"""Groups of parameters that change different equations, which one evaluation of these serves."""
+"""Groups of parameters that change different equations: one evaluation gives the derivatives by a whole group."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from evolvent.solvers.sensitivity.patches import Patch
 from evolvent.solvers.time.implicit.run import ImplicitRun
 
 Array = np.ndarray
-#: States that are tried for the equations that a parameter changes; error, beside what both sides change, of what half
-#: the difference of both sides' numbers changes, and round-off of the equations, below which that is evaluated alone.
+#: Number of states at which the equations that a parameter changes are sought; error of linear equations, relative to
+#: their change, and round-off, relative to the equations: equations that differ by more are not linear.
 TRIALS, EVEN, ROUND_OFF = 3, 1e-8, 1e-15
-#: Change of numbers in which the equations are linear, beside that of both sides: round-off of the equations is less.
+#: Factor by which parameters in which the equations are linear are changed more, which reduces the effect of round-off.
 WIDER = 256.0
 
 
-def _differ(both: Array, alone: Array, middle: Array, n_v: int) -> bool:
-    """Whether equations are not linear in what a parameter changes: forces and constraints have other sizes."""
+def _is_nonlinear(both: Array, alone: Array, middle: Array, n_v: int) -> bool:
+    """Whether equations are not linear in a parameter; forces and constraints are compared by their own scales."""
     for own in (slice(0, n_v), slice(n_v, None)):
         same = EVEN * np.abs(both[own]).max(initial=0.0) + ROUND_OFF * np.abs(middle[own]).max(initial=0.0)
         if np.any(np.abs(both[own] - alone[own]) > same):
@@ -32,7 +32,7 @@ def _differ(both: Array, alone: Array, middle: Array, n_v: int) -> bool:
 
 
 def group_parameters(lead: ImplicitRun, middle: ImplicitRun, parameters: Sequence[Parameter]) -> None:
-    """Parameters that change different equations in one group, by states about the start at times of the run."""
+    """Put parameters that change different equations into one group, by tests at random states near the start."""
     rng, work, model, scratch = np.random.default_rng(0), lead.work, lead.model.copy(), middle.work
     n_q, n_v, h = int(model.info.nq), int(model.info.nv), float(lead.work.loop.step)
     wide = {}
@@ -63,9 +63,9 @@ def group_parameters(lead: ImplicitRun, middle: ImplicitRun, parameters: Sequenc
             for one in some:
                 mine = one.rows if len(some) > 1 else np.ones_like(differ)
                 one.rows |= differ & mine
-                if _differ(both * mine, alone * mine, own, n_v):
+                if _is_nonlinear(both * mine, alone * mine, own, n_v):
                     one.patches, one.change_of_rows = one.sides.patches, one.change
-        sets = _alike(parameters)
+        sets = _assign_groups(parameters)
     for first, *others in sets:
         if not np.any(first.rows):  # where it may change others later
             first.patches, first.change_of_rows = first.sides.patches, first.change
@@ -73,8 +73,8 @@ def group_parameters(lead: ImplicitRun, middle: ImplicitRun, parameters: Sequenc
             first.rows[:] = True
 
 
-def _alike(parameters: Sequence[Parameter]) -> list[list[Parameter]]:
-    """Give each parameter its group, of parameters that change other equations; the parameters of each."""
+def _assign_groups(parameters: Sequence[Parameter]) -> list[list[Parameter]]:
+    """Assign parameters to groups that change disjoint sets of equations; returns the parameters of each group."""
     taken: list[tuple[int, Array]] = []
     found: list[list[Parameter]] = []
     for one in parameters:
@@ -90,7 +90,7 @@ def _alike(parameters: Sequence[Parameter]) -> list[list[Parameter]]:
 
 
 def _residual(t: float, h: float, y: Array, a: Array, la: Array, model: Any, middle: ImplicitRun) -> Array:
-    """Equations of a state, or of energy-momentum of a step from `middle.work.y0` with the increments there."""
+    """Residual of the equations at a state; under energy-momentum of a step by `dq` from `y0` of `middle.work`."""
     scratch = middle.work
     if middle.midpoint:
         scratch.la[:] = la

@@ -51,7 +51,7 @@ from evolvent.solvers.sensitivity.recorded_steps import (
     TIME,
     TIMED,
 )
-from evolvent.solvers.sensitivity.transposed import LINEAR, multiply, multiply_mass, transpose, turn
+from evolvent.solvers.sensitivity.transposed import LINEAR, apply_rotation, multiply, multiply_mass, transpose
 from evolvent.solvers.time.implicit import methods as method
 from evolvent.solvers.time.implicit.workspace import WORKSPACE
 
@@ -237,9 +237,9 @@ def _turn(dq, kind, model, x, out):
             p = 0.5 * dq[at], 0.5 * dq[at + 1], 0.5 * dq[at + 2]
             s = 1.0 / (1.0 + p[0] * p[0] + p[1] * p[1] + p[2] * p[2])
             if kind == 0:
-                turn(at, p, s, s, 0.0, x, out)
+                apply_rotation(at, p, s, s, 0.0, x, out)
             else:
-                turn(at, p, 1.0, 2.0 * s if kind == 1 else -2.0 * s, 2.0 * s, x, out)
+                apply_rotation(at, p, 1.0, 2.0 * s if kind == 1 else -2.0 * s, 2.0 * s, x, out)
 
 
 @inlined

@@ -42,10 +42,10 @@ from evolvent.solvers.sensitivity.transposed import (
     BY_RATE,
     BY_STATE,
     LINEAR,
-    MEASURED,
     MOST,
+    RATE_AGE,
+    REMEASURE,
     TURNED,
-    UNSEEN,
     factor_again,
     keep_solutions,
     note_corrections,
@@ -54,21 +54,21 @@ from evolvent.solvers.sensitivity.transposed import (
     turn_transposed,
 )
 from evolvent.solvers.sensitivity.windows import (
-    ALIKE,
     FIRST,
     NEXT,
     NODES,
     SHORTEST,
     SMOOTH,
-    WAITS,
+    STEP_TOLERANCE,
+    WAIT,
     WINDOWS,
+    adapt_window,
+    add_weighted_solutions,
     begin_window,
+    choose_nodes,
     end_window,
-    error_of,
     interpolate_step,
-    note_solutions,
-    note_trial,
-    place_nodes,
+    window_error,
 )
 from evolvent.solvers.time.dense import interpolate
 from evolvent.solvers.time.implicit import alpha, loop as implicit_loop, methods as method
@@ -197,7 +197,7 @@ def _evaluate(t, n, model, work, recorded, linear):
 
 @inlined
 def _differentiate(n, slot, model, models, work, recorded, room, linear, windows):
-    """The equations of step n of a record as a linear map, into a row of the windows: rows, K and C."""
+    """Linearize the equations of step n of a record; rows, K and C are written to `slot` of the windows."""
     n_v, h, scale = model.info.nv, recorded.numbers[n, LENGTH], recorded.numbers[n, SCALE]
     t, y, la, size = recorded.numbers[n, TIME] + h, recorded.y1[n], recorded.la[n], linear.r.size
     _, c_rate = alpha.rates(h, work.options)
@@ -233,9 +233,10 @@ def _differentiate(n, slot, model, models, work, recorded, room, linear, windows
 
 @inlined
 def _assemble(t, y, la, c_rate, scale, model, room, linear, place, by_state, by_rate):
-    """Derivatives by coordinates in K, and by rates, times c_rate, in C; after `residual` only.
+    """Write K, derivatives by coordinates, and C, derivatives by rates times c_rate; to be called after `residual`.
 
-    What has none by rates is assembled once.
+    Tangents without derivatives by rates are assembled once. place : (nk,) int, indices of the entries in the matrix;
+    by_state, by_rate : (nk,) float, output, entries of K and C.
     """
     at, values = model.interval, room.values
     sparse.clear(room)
@@ -275,11 +276,11 @@ def find_mass(n, model, work, recorded, room, linear):
 
 
 @inlined
-def _are_alike(n, last, recorded):
-    """Whether steps of a record from n on are equally long, with the same switches."""
+def _are_uniform(n, last, recorded):
+    """Whether the steps n to `last` of a record have the same length and the same switches."""
     h = recorded.numbers[last, LENGTH]
     for k in range(n, last):
-        if abs(recorded.numbers[k, LENGTH] - h) > ALIKE * h:
+        if abs(recorded.numbers[k, LENGTH] - h) > STEP_TOLERANCE * h:
             return False
         for i in range(recorded.switches.shape[1]):
             if recorded.switches[k, i] != recorded.switches[last, i]:
@@ -288,19 +289,22 @@ def _are_alike(n, last, recorded):
 
 
 @inlined
-def _open_window(first, last, model, models, work, recorded, room, linear, windows):
-    """Evaluate steps of a record of which those up to `last`, from the first one on at most, follow."""
+def _evaluate_window(first, last, model, models, work, recorded, room, linear, windows):
+    """Evaluate the steps by which a window up to step `last` is interpolated, or step `last` alone.
+
+    first : int, first step that a window may contain
+    """
     counts, rated = windows.counts, linear.rated.size > 0
     size, evaluated = min(counts[NEXT], last - first + 1), 0
-    if counts[SMOOTH] != 0 and counts[WAITS] == 0 and size >= SHORTEST and _are_alike(last - size + 1, last, recorded):
-        place_nodes(last, size, windows)
+    if counts[SMOOTH] != 0 and counts[WAIT] == 0 and size >= SHORTEST and _are_uniform(last - size + 1, last, recorded):
+        choose_nodes(last, size, windows)
         for slot in range(NODES + 1):
             _differentiate(windows.steps[slot], slot, model, models, work, recorded, room, linear, windows)
-        error = error_of(rated, windows)
-        note_trial(error, size, windows)
+        error = window_error(rated, windows)
+        adapt_window(error, size, windows)
         evaluated = NODES if error <= 1.0 else 1
     if evaluated == 0:
-        counts[WAITS] = max(counts[WAITS] - 1, 0)
+        counts[WAIT] = max(counts[WAIT] - 1, 0)
         _differentiate(last, 0, model, models, work, recorded, room, linear, windows)
         evaluated = 1
     begin_window(last if evaluated == 1 else last - size + 1, evaluated, rated, windows)
@@ -327,13 +331,13 @@ def pull_back(first, last, recorded, room, matrix, model, models, work, linear, 
     am, af, beta, gamma = options.alpha_m, options.alpha_f, options.beta, options.gamma
     k, half = (1.0 - am) / (1.0 - af), 1.0 / (2.0 * beta) - 1.0
     right, parts, values = linear.right, linear.parts, derivatives.shape[0]
-    windows.counts[FIRST], linear.pace[UNSEEN] = last + 1, MEASURED
+    windows.counts[FIRST], linear.pace[RATE_AGE] = last + 1, REMEASURE
     for n in range(last, first - 1, -1):
         h, part, dq = recorded.numbers[n, LENGTH], recorded.numbers[n, PART], recorded.dq[n]
         c_mass, c_rate = alpha.rates(h, options)
         c_step = 1.0 / (beta * h * h)
         if n < windows.counts[FIRST]:
-            _open_window(first, n, model, models, work, recorded, room, linear, windows)
+            _evaluate_window(first, n, model, models, work, recorded, room, linear, windows)
         row = interpolate_step(n, rated, windows)
         if not prepare(dq, c_mass, row, linear, windows, matrix):
             return n + 1
@@ -363,7 +367,7 @@ def pull_back(first, last, recorded, room, matrix, model, models, work, linear, 
                 z[i] = part * a
                 w[i] = (1.0 - part) * a - af / (1.0 - af) * wi
         keep_solutions(linear)
-        note_solutions(linear.W, windows)
+        add_weighted_solutions(linear.W, windows)
         if n == windows.counts[FIRST]:
             end_window(derivatives, found, windows)
         note_corrections(corrections, values, linear)

@@ -1,10 +1,10 @@
 """Transposed solutions of steps: the matrices of a step, and factors that serve many steps.
 
-The matrix of a step of the run, A = K T + c_rate C + c_mass M, differs little from that of the step behind it, and so
-does the solution. So the transposed factors of one step serve those before it, as in the run: corrections with them, of
-the solution that those of the steps behind predict, leave what the matrices differ by, and are repeated until they are
-round-off. A is not assembled for that: its product follows from those of K, C and M. A step is factored again where
-that takes less work than the corrections have taken.
+The matrix of a step of the run, A = K T + c_rate C + c_mass M, differs little from that of the next step, which the
+pass back has solved before, and so does the solution. The solution is therefore extrapolated from those of the next
+steps, and corrected iteratively by the transposed factors of a later step, until corrections are round-off. A is not
+assembled for this: its product follows from those of K, C and M. A step is factored again where that takes less work
+than the corrections have taken.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ from evolvent.solvers.sensitivity.windows import multiply_columns
 
 #: Corrections of a solution at most, where they have converged, and below which they may be round-off.
 MOST, CONVERGED, ROUNDED = 16, 1e-11, 1e-9
-#: Steps between two in which corrections are counted on to shrink only as far as they are seen to, and factors of the
-#: solutions behind a step, the next first, in what is predicted of its own.
-MEASURED, PREDICTION = 16, ((1.0, 0.0, 0.0), (2.0, -1.0, 0.0), (3.0, -3.0, 1.0))
+#: Steps after which the contraction rate of the corrections is measured again; and weights of the solutions of the next
+#: steps, the nearest first, by which the solution of a step is extrapolated from one, two or three of them.
+REMEASURE, PREDICTION = 16, ((1.0, 0.0, 0.0), (2.0, -1.0, 0.0), (3.0, -3.0, 1.0))
 #: What the next correction may leave beside what the rate of the last two says.
 SAFE = 10.0
 #: `Linear.pace`: work of a factorisation, in corrections; those that fresh factors take, of one value; those of the
-#: steps since, beyond these; steps since, 0 where there are no factors; steps for which each is factored; what a
-#: correction leaves, beside itself, and steps since that was seen; and solutions of steps behind that are known.
-FACTOR, FRESH, BEYOND, SINCE, EACH, LEFT, UNSEEN, KNOWN, N_PACE = 0, 1, 2, 3, 4, 5, 6, 7, 8
+#: steps since, beyond these; steps since, 0 where there are no factors; steps for which each is factored; contraction
+#: rate of the corrections; steps since it was measured; and number of the next steps whose solutions are known.
+FACTOR, FRESH, BEYOND, SINCE, EACH, CONTRACTION, RATE_AGE, N_BEFORE, N_PACE = 0, 1, 2, 3, 4, 5, 6, 7, 8
 #: Rows of `Linear.parts`.
-BY_STATE, BY_RATE, BY_MASS, REST, OF, TURNED, N_PARTS = 0, 1, 2, 3, 4, 5, 6
+BY_STATE, BY_RATE, BY_MASS, RESIDUAL, PRODUCT, TURNED, N_PARTS = 0, 1, 2, 3, 4, 5, 6
 #: Flops of a factorisation, done in long sums, in the time of one of a solution; time of one block beside its flops, in
 #: these: of a factorisation by the square of its size, and of a correction.
 FASTER, BY_SQUARE, BY_BLOCK = 1.5, 55.0, 130.0
@@ -56,10 +56,10 @@ class Linear(Struct):
         half the difference of both sides; and the derivative by the time last
     changes : (groups, nv + nj) int, 1 where rows have been other than 0
     sides : (groups,) int, how many neighbours are evaluated
-    r, right : (nv + nj,) float; W : (values, nv + nj) float, solutions, and before : (3, values, nv + nj) float, those
-        of the steps behind, the next one first
-    parts : (N_PARTS, nv + nj) float, products of the transposes of K, C and M with the solution, what is left of the
-        right side, and scratch
+    r, right : (nv + nj,) float; W : (values, nv + nj) float, solutions
+    before : (3, values, nv + nj) float, solutions of the next steps, the nearest first
+    parts : (N_PARTS, nv + nj) float, products of the transposes of K, C and M with the solution, residual of the
+        solution, and scratch
     pace : (N_PACE,) float
     """
 
@@ -109,7 +109,18 @@ def entries_of(values, matrix):
 
 
 def columns_of(equations, matrix):
-    """Columns of the the entries that unknowns have in equations: first (n + 1,), rows and places (nk,) int."""
+    """Possible entries of a matrix by columns (compressed sparse columns).
+
+    Parameters
+    ----------
+    equations : (n,) list of (m,) int, equations in which each unknown occurs
+    matrix : SparseBlocks
+
+    Returns
+    -------
+    first : (n + 1,) int, first entry of each column
+    rows, places : (nk,) int, row of each entry, and its index in the values of the matrix
+    """
     _, places = entries_of(np.ones(matrix.values.size), matrix)
     n = len(equations)
     known = np.concatenate([*(own * n + j for j, own in enumerate(equations)), np.zeros(0, dtype=np.int64)])
@@ -196,8 +207,8 @@ def _turn_factors(x, y, z):
 
 
 @inlined
-def turn(at, p, kept, first, second, x, out):
-    """Out = kept x + first p x x + second p x (p x x), of three coordinates from `at` on."""
+def apply_rotation(at, p, kept, first, second, x, out):
+    """Write kept x + first p x x + second p x (p x x) to out, for the three coordinates from index `at` on."""
     a, b, c = p
     ux, uy, uz = cross(a, b, c, x[at], x[at + 1], x[at + 2])
     wx, wy, wz = cross(a, b, c, ux, uy, uz)
@@ -217,7 +228,7 @@ def turn_transposed(dq, moves, model, x, out):
             at = blocks[k].iv - n_q
             d = dq[at], dq[at + 1], dq[at + 2]
             by_turn, by_square, by_sine = _turn_factors(*d)
-            turn(at, d, 1.0, by_sine if moves else by_turn, by_turn if moves else by_square, x, out)
+            apply_rotation(at, d, 1.0, by_sine if moves else by_turn, by_turn if moves else by_square, x, out)
 
 
 @inlined
@@ -256,7 +267,7 @@ def multiply_mass(linear, x, out):
 
 @inlined
 def prepare(dq, c_mass, row, linear, windows, matrix):
-    """Factors of a step, unless those that there are serve; whether it is not singular."""
+    """Factor the matrix of a step unless the present factors are to be used; returns whether it is regular."""
     pace = linear.pace
     if pace[SINCE] > 0.0:
         if pace[EACH] <= 0.0:
@@ -267,7 +278,7 @@ def prepare(dq, c_mass, row, linear, windows, matrix):
 
 @inlined
 def factor_again(dq, c_mass, row, linear, windows, matrix):
-    """Factors of a step by dq, of which K and C are in a row of the windows; whether it is not singular."""
+    """Factor the matrix of a step by dq from K and C in `row` of the windows; returns whether it is regular."""
     A, K, w = linear.A, linear.K, windows
     for i in range(A.size):
         A[i] = K[i] = 0.0
@@ -276,7 +287,7 @@ def factor_again(dq, c_mass, row, linear, windows, matrix):
     for k in range(w.C_first[w.C_first.size - 1] if linear.rated.size > 0 else 0):
         A[w.C_place[k]] += w.C[row, k]
     add_mass_and_turns(dq, c_mass, linear)
-    linear.pace[SINCE], linear.pace[BEYOND], linear.pace[UNSEEN] = 0.0, 0.0, MEASURED
+    linear.pace[SINCE], linear.pace[BEYOND], linear.pace[RATE_AGE] = 0.0, 0.0, REMEASURE
     transpose(A, matrix)
     return sparse_lu.factor(matrix) == 0
 
@@ -299,10 +310,10 @@ def note_corrections(count, values, linear):
 
 
 @inlined
-def _take_away(dq, c_mass, x, row, linear, windows, model):
-    """Take the transposed product of the matrix of a step with x from what is left, and add those of K, C and M."""
+def _subtract_product(dq, c_mass, x, row, linear, windows, model):
+    """Subtract A^T x from the residual; K^T x, C^T x and M^T x are added to `parts`."""
     parts, w, n_v = linear.parts, windows, model.info.nv
-    r, of, turned = parts[REST], parts[OF], parts[TURNED]
+    r, of, turned = parts[RESIDUAL], parts[PRODUCT], parts[TURNED]
     multiply_columns(w.K_first, w.K_entry, w.K[row], x, of)
     for j in range(x.size):
         parts[BY_STATE, j] += of[j]
@@ -328,29 +339,29 @@ def _take_away(dq, c_mass, x, row, linear, windows, model):
 
 @inlined
 def _predict(dq, c_mass, q, row, linear, windows, model):
-    """Solution that those of the steps behind predict, with what it leaves; zero where that is not less."""
+    """Extrapolated solution and its residual; zero if the residual is not smaller than the right side."""
     right, parts, W = linear.right, linear.parts, linear.W[q]
-    known = int(linear.pace[KNOWN])
-    for k in range(REST):
+    known = int(linear.pace[N_BEFORE])
+    for k in range(RESIDUAL):
         for i in range(W.size):
             parts[k, i] = 0.0
     for i in range(W.size):
-        parts[REST, i] = right[i]
+        parts[RESIDUAL, i] = right[i]
     if known > 0:
         a, b, c = PREDICTION[known - 1]
         for i in range(W.size):
             W[i] = a * linear.before[0, q, i] + b * linear.before[1, q, i] + c * linear.before[2, q, i]
-        _take_away(dq, c_mass, W, row, linear, windows, model)
+        _subtract_product(dq, c_mass, W, row, linear, windows, model)
         largest = left = 0.0
         for i in range(W.size):
-            largest, left = max(largest, abs(right[i])), max(left, abs(parts[REST, i]))
+            largest, left = max(largest, abs(right[i])), max(left, abs(parts[RESIDUAL, i]))
         if left < largest:
             return
-    for k in range(REST):
+    for k in range(RESIDUAL):
         for i in range(W.size):
             parts[k, i] = 0.0
     for i in range(W.size):
-        parts[REST, i], W[i] = right[i], 0.0
+        parts[RESIDUAL, i], W[i] = right[i], 0.0
 
 
 @inlined
@@ -365,13 +376,13 @@ def solve_transposed(dq, c_mass, q, row, linear, windows, matrix, model):
     while True:
         before = after = largest = change = 0.0
         for i in range(size):
-            x[i] = parts[REST, i]
+            x[i] = parts[RESIDUAL, i]
             before = max(before, abs(x[i]))
         sparse_lu.solve(matrix, x)
         for i in range(size):
             W[i] += x[i]
             change, largest = max(change, abs(x[i])), max(largest, abs(W[i]))
-        _take_away(dq, c_mass, x, row, linear, windows, model)
+        _subtract_product(dq, c_mass, x, row, linear, windows, model)
         count += 1
         if not math.isfinite(change) or count > MOST:
             return 0
@@ -379,27 +390,27 @@ def solve_transposed(dq, c_mass, q, row, linear, windows, matrix, model):
         if last < math.inf and last > 0.0:
             rate = change / last
             worst = max(worst, rate)
-        elif pace[UNSEEN] < MEASURED:  # but for equations that have become other ones
+        elif pace[RATE_AGE] < REMEASURE:  # the rate measured before, unless the equations have changed
             for i in range(size):
-                after = max(after, abs(parts[REST, i]))
-            rate = max(pace[LEFT], after / before if before > 0.0 else 0.0)
+                after = max(after, abs(parts[RESIDUAL, i]))
+            rate = max(pace[CONTRACTION], after / before if before > 0.0 else 0.0)
         left = change * min(1.0, SAFE * rate)
         if fresh or left <= CONVERGED * largest or (change > 0.5 * last and change <= ROUNDED * largest):
             break
         last = change
-    for i in range(model.info.nv):  # so that what is left is no part of the right side
-        parts[BY_MASS, i] += parts[REST, i] / c_mass
+    for i in range(model.info.nv):  # the residual is attributed to M, so that K, C and M sum to the right side
+        parts[BY_MASS, i] += parts[RESIDUAL, i] / c_mass
     if count > 1:
-        pace[LEFT], pace[UNSEEN] = worst, 0.0
-    pace[UNSEEN] += 1.0
+        pace[CONTRACTION], pace[RATE_AGE] = worst, 0.0
+    pace[RATE_AGE] += 1.0
     return count
 
 
 @inlined
 def keep_solutions(linear):
-    """Keep the solutions of a step for the prediction of those before it."""
+    """Store the solutions of a step for the extrapolation of those of the steps before it."""
     before, W, pace = linear.before, linear.W, linear.pace
     for q in range(W.shape[0]):
         for i in range(W.shape[1]):
             before[2, q, i], before[1, q, i], before[0, q, i] = before[1, q, i], before[0, q, i], W[q, i]
-    pace[KNOWN] = min(pace[KNOWN] + 1.0, float(len(PREDICTION)))
+    pace[N_BEFORE] = min(pace[N_BEFORE] + 1.0, float(len(PREDICTION)))

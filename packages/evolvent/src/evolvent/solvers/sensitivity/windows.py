@@ -1,9 +1,9 @@
-"""Matrices and rows of many steps, interpolated between few of them, and their products.
+"""Matrices and parameter derivatives of many steps, interpolated between a few steps, and their products.
 
 K, C and the derivatives of the equations by parameters are functions of the time at which steps end, as smooth as the
-motion where steps are equally long and nothing in the forces has a kink. In a window of steps they are polynomials
-through `NODES` of them. One more step is evaluated in each window: where the polynomials are off there by more than
-what is allowed, the window is halved, and below the shortest one each step is evaluated.
+motion where steps are equally long and nothing in the forces has a kink. In a window of steps they are interpolated
+by polynomials through `NODES` of them. One more step is evaluated in each window to check this: if the error there
+exceeds a tolerance, the window is halved, and below the shortest window each step is evaluated.
 """
 
 from __future__ import annotations
@@ -13,32 +13,37 @@ import numpy as np
 from evolvent.compiled.jit import inlined
 from evolvent.compiled.pointer import Struct, array
 
-#: Steps of a window that are evaluated; rows of matrices: of these, of the one that is compared, and of the present.
-NODES, COMPARED, PRESENT = 5, 5, 6
-#: Steps of a window, and those between two trials; and error of one beside what is allowed behind which there are
-#: more steps to the next.
-SHORTEST, LONGEST, TRIED_AGAIN, HOPELESS, LONG = 8, 64, 64, 1e3, 1024
-#: Errors of matrices beside their largest entry, and of rows beside theirs, and what of them lets a window grow.
-OFF_MATRIX, OFF_ROWS, GROWS = 1e-10, 1e-8, 1e-2
-#: Part of a step by which those of a window differ at most.
-ALIKE = 1e-9
-#: `Windows.counts`: first step of the present window; steps that are evaluated in it; steps of the next one, and before
-#: it; steps between the last trials; and whether there are windows at all.
-FIRST, EVALUATED, NEXT, WAITS, BETWEEN, SMOOTH, N_COUNTS = range(7)
+#: Number of nodes of a window; rows of `Windows.K` and `C`: first those of the nodes, then of the check, then of the
+#: current step.
+NODES, CHECKED, CURRENT = 5, 5, 6
+#: Numbers of steps of the shortest and the longest window, and before the next trial; ratio of error to tolerance above
+#: which the next trial is after `LONG_WAIT` steps.
+SHORTEST, LONGEST, RETRY, LARGE_ERROR, LONG_WAIT = 8, 64, 64, 1e3, 1024
+#: Tolerances of matrices and of rows, relative to their largest entry; and ratio of error to tolerance below which the
+#: next window is doubled.
+MATRIX_TOLERANCE, ROW_TOLERANCE, GROWTH_LIMIT = 1e-10, 1e-8, 1e-2
+#: Largest relative difference of the lengths of steps in a window.
+STEP_TOLERANCE = 1e-9
+#: `Windows.counts`: first step of the current window; number of its steps that are evaluated; number of steps of the
+#: next window; steps before it is tried; steps before a trial after the next failure; 1 if steps are interpolated.
+FIRST, EVALUATED, NEXT, WAIT, RETRY_WAIT, SMOOTH, N_COUNTS = range(7)
 
 
 class Windows(Struct):
-    """Matrices of the steps of a window that are evaluated, and scratch memory.
+    """Matrices of the evaluated steps of a window, and scratch memory.
 
     Attributes
     ----------
     counts : (N_COUNTS,) int
-    steps : (NODES + 1,) int, those that are evaluated, the last one of the window first; weights : (NODES,) float
-    first, entry, place : columns that K and C may have (`transposed.columns_of`)
-    K, C : (PRESENT + 1, nk) float, of their columns
-    K_first, C_first : (nv + nj + 1,) int, entries of each column of K and C, of which K_entry, C_entry : (nk,) int are
-        the rows, and K_place, C_place : (nk,) int the indices in the values of a matrix
-    rows : (NODES + 1, groups + 1, nv + nj) float; W : (NODES, values, nv + nj) float, sums of solutions
+    steps : (NODES + 1,) int, numbers of the steps that are nodes, the last step of the window first, and of the check
+    weights : (NODES,) float, of the nodes in the current step
+    first, entry, place : possible entries of K and C by columns (`transposed.columns_of`)
+    K, C : (CURRENT + 1, nk) float, their entries
+    K_first, C_first : (nv + nj + 1,) int, first nonzero entry of each column of K and C
+    K_entry, C_entry : (nk,) int, rows of these entries
+    K_place, C_place : (nk,) int, indices of these entries in the values of a matrix
+    rows : (NODES + 1, groups + 1, nv + nj) float, derivatives of the equations by groups of parameters and by time
+    W : (NODES, values, nv + nj) float, weighted sums of solutions
     """
 
     counts: np.ndarray = array(1, np.int64)
@@ -63,9 +68,9 @@ WINDOWS = Windows._numba_type_
 
 
 def windows_of(columns, groups, values, smooth):
-    """Room for windows of a matrix by its columns: `Windows`; smooth : bool, whether steps are interpolated."""
+    """Allocate `Windows` for the columns of a matrix; smooth : bool, whether steps are interpolated."""
     (first, entry, place), counts = columns, np.zeros(N_COUNTS, dtype=np.int64)
-    counts[NEXT], counts[BETWEEN], counts[SMOOTH] = 2 * SHORTEST, TRIED_AGAIN, smooth
+    counts[NEXT], counts[RETRY_WAIT], counts[SMOOTH] = 2 * SHORTEST, RETRY, smooth
     n, size, many = first.size - 1, place.size, NODES if smooth else 1
     of = (np.zeros(shape, dtype=np.int64) for shape in (n + 1, n + 1, size, size, size, size))
     names = ("K_first", "C_first", "K_entry", "C_entry", "K_place", "C_place")
@@ -76,8 +81,8 @@ def windows_of(columns, groups, values, smooth):
         first=first,
         entry=entry,
         place=place,
-        K=np.zeros((PRESENT + 1 if smooth else 1, size)),
-        C=np.zeros((PRESENT + 1 if smooth else 1, size)),
+        K=np.zeros((CURRENT + 1 if smooth else 1, size)),
+        C=np.zeros((CURRENT + 1 if smooth else 1, size)),
         rows=np.zeros((many + smooth, groups + 1, n)),
         W=np.zeros((many, values, n)),
         **dict(zip(names, of, strict=True)),
@@ -85,17 +90,17 @@ def windows_of(columns, groups, values, smooth):
 
 
 @inlined
-def place_nodes(last, size, windows):
-    """Steps that are evaluated in a window of some size up to a step, and the one that is compared."""
+def choose_nodes(last, size, windows):
+    """Choose the nodes (near Chebyshev-Lobatto points) and the check of a window of `size` steps up to step `last`."""
     nodes, n = windows.steps, size - 1
     nodes[0], nodes[4] = last, last - n
     nodes[1], nodes[2], nodes[3] = last - int(0.146 * n + 0.5), last - n // 2, last - int(0.854 * n + 0.5)
-    nodes[COMPARED] = last - int(0.32 * n + 0.5)
+    nodes[CHECKED] = last - int(0.32 * n + 0.5)
 
 
 @inlined
-def weigh(n, windows):
-    """Weights of the steps of a window that are evaluated in step n."""
+def lagrange_weights(n, windows):
+    """Lagrange weights of the nodes of a window in step n."""
     nodes, weights = windows.steps, windows.weights
     for j in range(NODES):
         weight = 1.0
@@ -106,36 +111,36 @@ def weigh(n, windows):
 
 
 @inlined
-def _off(of, weights):
-    """Largest error of what is interpolated where it is compared, and largest entry there."""
+def _interpolation_error(of, weights):
+    """Largest interpolation error at the check, and largest entry there."""
     off = largest = 0.0
     for k in range(of.shape[1]):
-        value = -of[COMPARED, k]
+        value = -of[CHECKED, k]
         for j in range(NODES):
             value += weights[j] * of[j, k]
-        off, largest = max(off, abs(value)), max(largest, abs(of[COMPARED, k]))
+        off, largest = max(off, abs(value)), max(largest, abs(of[CHECKED, k]))
     return off, largest
 
 
 @inlined
-def error_of(rated, windows):
-    """Error of a window beside what is allowed; rated : bool, whether there is C."""
-    weigh(windows.steps[COMPARED], windows)
-    off, largest = _off(windows.K, windows.weights)
+def window_error(rated, windows):
+    """Largest ratio of interpolation error to tolerance in a window; rated : bool, whether there is C."""
+    lagrange_weights(windows.steps[CHECKED], windows)
+    off, largest = _interpolation_error(windows.K, windows.weights)
     if rated:
-        by_rate, most = _off(windows.C, windows.weights)
+        by_rate, most = _interpolation_error(windows.C, windows.weights)
         off, largest = max(off, by_rate), max(largest, most)
-    error = off / (OFF_MATRIX * largest) if largest > 0.0 else 0.0
+    error = off / (MATRIX_TOLERANCE * largest) if largest > 0.0 else 0.0
     for g in range(windows.rows.shape[1]):
-        off, largest = _off(windows.rows[:, g], windows.weights)
+        off, largest = _interpolation_error(windows.rows[:, g], windows.weights)
         if largest > 0.0:
-            error = max(error, off / (OFF_ROWS * largest))
+            error = max(error, off / (ROW_TOLERANCE * largest))
     return error
 
 
 @inlined
-def _join(first, entry, place, many, values, own_first, own_entry, own_place):
-    """Leave entries out that are zero in all of the first `many` of some matrices."""
+def _drop_zeros(first, entry, place, many, values, own_first, own_entry, own_place):
+    """Remove entries that are zero in all of the first `many` matrices."""
     at = 0
     for j in range(first.size - 1):
         own_first[j] = at
@@ -153,12 +158,12 @@ def _join(first, entry, place, many, values, own_first, own_entry, own_place):
 
 @inlined
 def begin_window(first, evaluated, rated, windows):
-    """Make a window of the steps from the first one on, of which some are evaluated."""
+    """Begin a window at step `first`, whose first `evaluated` slots are filled."""
     w = windows
     w.counts[FIRST], w.counts[EVALUATED] = first, evaluated
-    _join(w.first, w.entry, w.place, evaluated, w.K, w.K_first, w.K_entry, w.K_place)
+    _drop_zeros(w.first, w.entry, w.place, evaluated, w.K, w.K_first, w.K_entry, w.K_place)
     if rated:
-        _join(w.first, w.entry, w.place, evaluated, w.C, w.C_first, w.C_entry, w.C_place)
+        _drop_zeros(w.first, w.entry, w.place, evaluated, w.C, w.C_first, w.C_entry, w.C_place)
     for j in range(evaluated):
         for q in range(w.W.shape[1]):
             for i in range(w.W.shape[2]):
@@ -167,24 +172,24 @@ def begin_window(first, evaluated, rated, windows):
 
 @inlined
 def interpolate_step(n, rated, windows):
-    """Matrices of step n of the window; returns the row of K and C in which they are."""
+    """Interpolate K and C in step n of the window; returns their row in `Windows.K` and `C`."""
     w, weights = windows, windows.weights
     if w.counts[EVALUATED] == 1:
         weights[0] = 1.0
         return 0
-    weigh(n, windows)
+    lagrange_weights(n, windows)
     a, b, c, d, e = weights[0], weights[1], weights[2], weights[3], weights[4]
     K, C = w.K, w.C
     for k in range(w.K_first[w.K_first.size - 1]):
-        K[PRESENT, k] = a * K[0, k] + b * K[1, k] + c * K[2, k] + d * K[3, k] + e * K[4, k]
+        K[CURRENT, k] = a * K[0, k] + b * K[1, k] + c * K[2, k] + d * K[3, k] + e * K[4, k]
     for k in range(w.C_first[w.C_first.size - 1] if rated else 0):
-        C[PRESENT, k] = a * C[0, k] + b * C[1, k] + c * C[2, k] + d * C[3, k] + e * C[4, k]
-    return PRESENT
+        C[CURRENT, k] = a * C[0, k] + b * C[1, k] + c * C[2, k] + d * C[3, k] + e * C[4, k]
+    return CURRENT
 
 
 @inlined
 def multiply_columns(first, entry, values, x, out):
-    """Out = product of the transpose of a matrix, by its columns, with x."""
+    """Write the product of the transpose of a matrix, given by columns, with x to out."""
     for j in range(x.size):
         total = 0.0
         for k in range(first[j], first[j + 1]):
@@ -193,8 +198,8 @@ def multiply_columns(first, entry, values, x, out):
 
 
 @inlined
-def note_solutions(W, windows):
-    """Add solutions (values, nv + nj) of a step to the sums by which rows of the window are multiplied."""
+def add_weighted_solutions(W, windows):
+    """Add solutions (values, nv + nj) of a step, times its Lagrange weights, to the sums of the nodes."""
     for j in range(windows.counts[EVALUATED]):
         weight, sums = windows.weights[j], windows.W[j]
         for q in range(W.shape[0]):
@@ -204,7 +209,7 @@ def note_solutions(W, windows):
 
 @inlined
 def end_window(derivatives, found, windows):
-    """Add products of solutions and rows of a window to `found`, and those by the time to the last derivatives."""
+    """Add products of solutions and rows of a window to `found`, and those by time to the last of the derivatives."""
     rows, last = windows.rows, derivatives.shape[1] - 1
     groups = rows.shape[1] - 1
     for j in range(windows.counts[EVALUATED]):
@@ -218,17 +223,17 @@ def end_window(derivatives, found, windows):
 
 
 @inlined
-def note_trial(error, size, windows):
-    """Size of the next window by the error of one, and how many steps are evaluated before it where that fails."""
+def adapt_window(error, size, windows):
+    """Set the size of the next window, and the steps before it, by the `window_error` of a window of `size` steps."""
     counts = windows.counts
     if error <= 1.0:
-        counts[BETWEEN] = TRIED_AGAIN
-        if error <= GROWS and size == counts[NEXT]:
+        counts[RETRY_WAIT] = RETRY
+        if error <= GROWTH_LIMIT and size == counts[NEXT]:
             counts[NEXT] = min(2 * size, LONGEST)
-    elif error > HOPELESS:
-        counts[WAITS], counts[NEXT] = LONG, SHORTEST
+    elif error > LARGE_ERROR:
+        counts[WAIT], counts[NEXT] = LONG_WAIT, SHORTEST
     elif size >= 2 * SHORTEST:
         counts[NEXT] = size // 2
     else:
-        counts[WAITS], counts[NEXT] = counts[BETWEEN], SHORTEST
-        counts[BETWEEN] *= 2
+        counts[WAIT], counts[NEXT] = counts[RETRY_WAIT], SHORTEST
+        counts[RETRY_WAIT] *= 2

@@ -21,8 +21,8 @@ from evolvent_base.errors import InputError
 Array = np.ndarray
 #: Steps that a copy takes before Python looks at it again, and copies of one call of compiled code, at most.
 STEPS, TOGETHER = 2000, 64
-#: Parts, for each thread, in which copies are handed out, and time of one thread for which more are taken at once, s.
-PARTS, PART = 4, 0.3
+#: Parts, for each thread, in which copies are distributed; and time, s, up to which one thread steps more at once.
+PARTS, PART_TIME = 4, 0.3
 #: States of a copy.
 GOES_ON, STOPPED_BY_EVENT, HAS_FAILED = 0, 1, 2
 
@@ -42,8 +42,8 @@ class Copies:
     ----------
     memory : Memory, of the structs
     blocks : (count, size) uint8
-    round_offs : energies (J), as of `Solution`, in the place of those of the runs of copies (`of`); None where each
-        has its own
+    round_offs : energies (J), as of `Solution`, that replace those of single copies (`of`); None if each copy uses
+        its own
     check : called from time to time with the time that a copy has reached; what it raises ends the call
     side_by_side : int, copies that had better be stepped by one thread
     status : (count,) int, `GOES_ON`, `STOPPED_BY_EVENT` or `HAS_FAILED`; reasons : mapping, of those that have failed
@@ -125,14 +125,23 @@ class Copies:
         raise NotImplementedError
 
     def kept_samples(self, which: Array, at: Array, model: Any, *, without: Collection[str] = ()) -> dict[str, Any]:
-        """States at samples (k, m) that copies have kept, copy by copy: `y`, `s` and `kept` of a solution of k m.
+        """Stored samples of copies, one copy after the other: `y`, `s` and `kept` of a solution of k m samples.
 
-        Fields of `kept` are None where they are named in `without`.
+        Parameters
+        ----------
+        which : (k,) int, numbers of the copies
+        at : (k, m) int, numbers of their samples
+        without : fields of `kept` that are None
         """
         raise NotImplementedError
 
     def closes(self, which: Array) -> Array:
-        """Whether copies have surely ended with success, and kept all samples, (k,) bool; of others it is not known."""
+        """Whether copies have finished, stored all samples, and closed their energy balance even without round-off.
+
+        Returns
+        -------
+        (k,) bool; False if this is not known
+        """
         raise NotImplementedError
 
     def events(self, k: int) -> tuple[Array, Array]:
@@ -291,16 +300,16 @@ class Copies:
         if self.workers == 1:
             done, least = 0, -(-which.size // PARTS)
             while done < which.size:
-                part = which[done : done + self._rounded(min(TOGETHER, max(least, self._at_once)))]
+                part = which[done : done + self._rounded_up(min(TOGETHER, max(least, self._at_once)))]
                 began = time.perf_counter()
                 act(part)
                 seconds = (time.perf_counter() - began) / part.size
-                self._at_once = max(1, min(TOGETHER, int(PART / max(seconds, 1e-9))))
+                self._at_once = max(1, min(TOGETHER, int(PART_TIME / max(seconds, 1e-9))))
                 done += part.size
                 if progress is not None:
                     progress(done, which.size)
             return
-        size = self._rounded(min(TOGETHER, -(-which.size // (PARTS * self.workers))))
+        size = self._rounded_up(min(TOGETHER, -(-which.size // (PARTS * self.workers))))
         parts = [which[k : k + size] for k in range(0, which.size, size)]
         if self._pool is None:
             self._pool = ThreadPoolExecutor(self.workers, thread_name_prefix="evolvent-batch")
@@ -321,8 +330,8 @@ class Copies:
             self._ends.clear()
             raise
 
-    def _rounded(self, size: int) -> int:
-        """A number of copies, rounded up to one that is stepped side by side."""
+    def _rounded_up(self, size: int) -> int:
+        """A number of copies, rounded up to a multiple of those that are stepped side by side."""
         return -(-size // self.side_by_side) * self.side_by_side
 
     def close(self) -> None:

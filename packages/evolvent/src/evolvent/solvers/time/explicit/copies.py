@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import functools
 from collections.abc import Callable, Collection
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -103,7 +102,7 @@ class ExplicitCopies(Copies):
             self._closures.pop(k, None)
         for part in self._parts(which):
             try:
-                self._starts[part] = self._look_at(part, "y", "s", self.time[part, None])[:, 0]
+                self._starts[part] = self._balances_at(part, "y", "s", self.time[part, None])[:, 0]
             except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
                 self._starts[part] = np.nan
                 self._fail(int(part[0]), self._failure_of(int(part[0]), error))
@@ -130,29 +129,30 @@ class ExplicitCopies(Copies):
 
     def _ended(self, which: Array) -> Array:
         """As of all copies."""
-        codes, steps, apart = self._codes[which], self.loop["steps"][which], np.ones(which.size, dtype=bool)
-        apart[(codes == ex.BUDGET) & (steps < self._checks[which])] = False
-        for k in which[~apart].tolist():
+        codes, steps, is_single = self._codes[which], self.loop["steps"][which], np.ones(which.size, dtype=bool)
+        is_single[(codes == ex.BUDGET) & (steps < self._checks[which])] = False
+        for k in which[~is_single].tolist():
             self._look(k)
         ended = (codes == ex.DONE) | (codes == ex.STOPPED)
         is_late = (codes != ex.DONE) | (self.time[which] >= self.run.plan.times[-1])
         self._codes[which[ended]] = ex.DONE
-        apart[ended & ~is_late] = False  # of the samples, but not of the run
+        is_single[ended & ~is_late] = False  # at the last sample, but not at the end of the run
         judged = np.flatnonzero(ended & is_late)
-        judged = judged[[k not in self._runs for k in which[judged].tolist()]]  # whose balance was seen at the start
-        apart[judged[self._close(which[judged])]] = False
-        self.status[which[ended & ~apart & (codes == ex.STOPPED)]] = STOPPED_BY_EVENT
-        for k, code in zip(which[apart].tolist(), codes[apart].tolist(), strict=True):
+        # only copies without a run of their own have the balance of their start in `_starts`
+        judged = judged[[k not in self._runs for k in which[judged].tolist()]]
+        is_single[judged[self._balances_close(which[judged])]] = False
+        self.status[which[ended & ~is_single & (codes == ex.STOPPED)]] = STOPPED_BY_EVENT
+        for k, code in zip(which[is_single].tolist(), codes[is_single].tolist(), strict=True):
             self._codes[k] = code
             self._guarded(k, self._after)
             if k in self._runs:
                 self._checks[k] = self._runs[k].check
         return which[(self.status[which] == GOES_ON) & (self._codes[which] != ex.DONE)]
 
-    def _close(self, which: Array) -> Array:
-        """Whether the energy balances of copies that have ended surely close, (k,) bool: that of others is not known.
+    def _balances_close(self, which: Array) -> Array:
+        """Whether the energy balances of copies that have ended close even without round-off: (k,) bool.
 
-        They are looked at where those of single runs are (`ExplicitRun.has_failed`), without round-off.
+        They are checked at the same samples as those of single runs (`ExplicitRun.has_failed`).
         """
         found = np.zeros(which.size, dtype=bool)
         counts = self.loop["sample"][which]
@@ -160,36 +160,30 @@ class ExplicitCopies(Copies):
             of = np.flatnonzero(counts == kept)
             for first in range(0, of.size, TOGETHER):
                 some = of[first : first + TOGETHER]
-                found[some] = self._close_at(which[some], chosen_samples(kept, LOOKED_AT) if kept else None)
+                found[some] = self._balances_close_at(which[some], chosen_samples(kept, LOOKED_AT) if kept else None)
         return found
 
-    def _close_at(self, which: Array, samples: Array | None) -> Array:
-        """See `_close`; of copies that have kept some samples, of which those at some places are looked at."""
+    def _balances_close_at(self, which: Array, samples: Array | None) -> Array:
+        """See `_balances_close`; samples : (m,) int, numbers of the stored samples that are checked, or None."""
         first, last = np.full((which.size, 1), float(self.run.plan.times[0])), self.time[which, None]
-        times, looks = [first, last], [self._starts[which, None], self._look_at(which, "y", "s", last)]
+        times, looks = [first, last], [self._starts[which, None], self._balances_at(which, "y", "s", last)]
         if samples is not None:
             times.append(self.samples[which[:, None], samples])
-            looks.append(self._look_at(which, "out_y", "out_s", times[-1], samples))
+            looks.append(self._balances_at(which, "out_y", "out_s", times[-1], samples))
         order = np.argsort(np.concatenate(times, axis=1), axis=1, kind="stable")[:, :, None]
         rows = np.take_along_axis(np.concatenate(looks, axis=1), order, axis=1)
-        found = eb.swings(SimpleNamespace(**{name: rows[:, :, k] for k, name in enumerate(eb.BALANCE.names or ())}))
-        closes = np.zeros(which.size, dtype=bool)
-        for i, k in enumerate(which.tolist()):
-            numbers = (float(one[i]) for one in found[:-1])
-            moved, rise, fall, most, net = numbers
-            own = eb.Closure(moved, rise, fall, most, 0.0, damps=False, net=net)
-            closes[i] = found.finite[i] and not own.fails
-            if closes[i]:
-                self._closures[k] = own
-        return closes
+        closures = eb.closures(eb.columns_of(rows), [0.0] * which.size, damps=False)
+        self._closures |= {k: own for k, own in zip(which.tolist(), closures, strict=True) if not own.fails}
+        return np.array([not own.fails for own in closures])
 
-    def _look_at(self, which: Array, y: str, s: str, times: Array, samples: Array | None = None) -> Array:
-        """Energy balances of states of copies, (k, nt, n) float, at some of their samples where these are kept.
+    def _balances_at(self, which: Array, y: str, s: str, times: Array, samples: Array | None = None) -> Array:
+        """Energy balances of copies, (k, nt, n) float, at their states, or at stored samples.
 
         Parameters
         ----------
         y, s : names of the states and of the switches in the workspace
-        times : (k, nt) float, s; samples : (nt,) int
+        times : (k, nt) float, s
+        samples : (nt,) int, numbers of the samples; None for the states
         """
         at = (which,) if samples is None else (which[:, None], samples)
         model, given = self.run.model, self.values("work", y)

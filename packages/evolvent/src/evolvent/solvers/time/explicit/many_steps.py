@@ -70,12 +70,14 @@ def advance_many(tableau, which, models, works, codes, budgets):
 
 @indirect(void(INTEGERS, INTEGERS, MATRIX, CUBE, _INTEGERS_3D, CUBE))
 def inventories_many(which, models, times, Y, S, sums):
-    """Energies and momenta of states of some copies, a row each, to `sums` (`equations.inventory`).
+    """Write energies and momenta (`equations.inventory`) of several states of several copies to `sums`.
 
     Parameters
     ----------
-    which : (k,) int, numbers of the copies; models : (n,) int, addresses of the models of all copies
-    times, Y, S : (k, nt), (k, nt, ny) and (k, nt, ns), s, states and switches
+    which : (k,) int, numbers of the copies
+    models : (n,) int, addresses of the models of all copies
+    times : (k, nt) float, s
+    Y, S : (k, nt, ny) float and (k, nt, ns) int, states and switches
     sums : (k, nt, N_INVENTORY) float, output
     """
     for i in range(which.size):

@@ -65,7 +65,7 @@ class ExplicitRun(run.MotionRun):
         self.begin_checks()
 
     def begin_checks(self, start: np.ndarray | None = None) -> None:
-        """Look at the start, whose balance (1, n) may be known, and begin to check the balance."""
+        """Begin to check the energy balance; start : (1, n) float, balance at the start, evaluated if None."""
         self.logged: list[tuple[np.ndarray, np.ndarray]] = []
         times, step = self.plan.times, self.plan.step
         first = np.array([times[0]])
@@ -222,7 +222,7 @@ class ExplicitRun(run.MotionRun):
 
 
 def chosen_samples(kept: int, samples: int) -> np.ndarray:
-    """Which of the samples that a run has kept are looked at: so many, evenly, or all."""
+    """Numbers of at most `samples` evenly spaced ones of the `kept` samples that a run has stored."""
     return np.unique(np.linspace(0, kept - 1, min(kept, samples)).astype(int))
 
 

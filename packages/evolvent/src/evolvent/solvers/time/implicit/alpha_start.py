@@ -24,7 +24,7 @@ _I = types.int64
 MOST, RUBBING = 3, 20
 #: Correction beside the accelerations with which the iterations for samples end: it shrinks as much again by each.
 SMALL = 1e-6
-#: Steps along the motion by which g'' and v'' are differences, of the run's span.
+#: Steps along the motion for the differences g'' and v'', relative to the span of the run.
 ALONG, JERK = 1e-3, 1e-2
 
 
@@ -34,11 +34,13 @@ def _has_releases(model):
 
 @inlined
 def find_second_rates(t, state, A, model, work, moved, out):
-    """Write g'' of all constraints, the central difference of g' along the motion, behind the unknowns of motion.
+    """Write g'' of all constraints, central differences of g' along the motion, to the last nj entries of `out`.
 
     Parameters
     ----------
-    moved : (ny,) float, scratch, as is work.dq; out : (nv + nj,) float
+    A : (nv,) float, accelerations
+    moved : (ny,) float, scratch, as is work.dq
+    out : (nv + nj,) float, output
     """
     n_q, n_v, rows, d = model.info.nq, model.info.nv, model.constraints, ALONG * work.options.span
     for k in range(rows.size):

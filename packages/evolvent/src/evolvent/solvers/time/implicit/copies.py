@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 import dataclasses
 from collections.abc import Callable, Collection
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -31,7 +30,7 @@ from evolvent.solvers.time.implicit.workspace import AT_RESTART, BUDGET, DONE, S
 from evolvent_base.errors import InputError
 
 Array = np.ndarray
-#: Copies whose balances are judged together.
+#: Number of copies whose balances are checked together.
 AT_ONCE = 16
 
 
@@ -69,7 +68,7 @@ class ImplicitCopies(Copies):
         """As of all copies."""
 
         def taken(name: str) -> Array:
-            """What the loop has kept of the samples."""
+            """Values that the loop has stored at the samples."""
             nominal: Array = getattr(self.run.work, name)
             kept = self.values("work", name)
             if kept is None:
@@ -86,7 +85,7 @@ class ImplicitCopies(Copies):
         return {"y": y, "s": taken("out_s"), "kept": Sampled(balance=balance, **kept)}
 
     def closes(self, which: Array) -> Array:
-        """As of all copies: the balance of each, without round-off, as `analysis.closure` judges it."""
+        """As of all copies, by the criterion of `analysis.closure` for single runs."""
         model, balance = self.run.model, self.values("work", "out_balance")
         if any(getattr(model, name).size for name in asked("energies.rebalance")) or balance is None:
             return np.zeros(which.size, dtype=bool)
@@ -97,15 +96,9 @@ class ImplicitCopies(Copies):
         found = np.zeros(which.size, dtype=bool)
         for first in range(0, which.size, AT_ONCE):
             some = np.flatnonzero(whole[first : first + AT_ONCE]) + first
-            rows = balance[which[some]]
-            of = eb.swings(SimpleNamespace(**{name: rows[:, :, k] for k, name in enumerate(eb.BALANCE.names or ())}))
             moved = [eb.moved(self.loop[k : k + 1].view(np.recarray)[0]) for k in which[some].tolist()]
-            for i, k in enumerate(some.tolist()):
-                own = eb.Closure(
-                    max(float(moved[i]), float(of.moved[i])), float(of.rise[i]), float(of.fall[i]), float(of.most[i]),
-                    0.0, damps=True, net=float(of.net[i]),
-                )  # fmt: skip
-                found[k] = not own.fails
+            closures = eb.closures(eb.columns_of(balance[which[some]]), [float(one) for one in moved])
+            found[some] = [not own.fails for own in closures]
         return found
 
     def events(self, k: int) -> tuple[Array, Array]:

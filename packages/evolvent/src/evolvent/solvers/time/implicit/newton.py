@@ -68,14 +68,14 @@ def correction(scale, model, matrix, work):
         x[n_v + k] = -scale * r[n_v + k] * (1.0 if rows[k].stiffness <= 0.0 else twice)
     sparse_lu.solve(matrix, x)
     weight, sizes = work.weight, matrix.x
-    for i in range(n_v):  # by itself, so that several are divided at a time
+    for i in range(n_v):  # in a loop of its own, which is vectorized
         sizes[i] = abs(x[i]) / weight[i]
     return largest(sizes, n_v)
 
 
 @inlined
 def largest(sizes, n):
-    """Largest of the first n numbers that are not negative (of four parts, so that they overlap)."""
+    """Largest of the first n numbers, which are not negative; by four independent maxima, so that they overlap."""
     a = b = c = d = 0.0
     last = n - n % 4
     for i in range(0, last, 4):

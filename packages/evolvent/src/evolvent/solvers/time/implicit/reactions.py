@@ -3,8 +3,8 @@
 The multipliers that generalized-alpha carries along oscillate from step to step where it damps little (spectral radius
 near 1) and where steps change; the positions and velocities do not. Accelerations and multipliers therefore follow from
 M v' + F + G^T la = 0 and g'' = 0: at the sample where nothing is stiff, else at both ends of its step, whose states are
-in balance with stiff forces as interpolated ones are not, and between them on straight lines. Of systems without beams
-and penalties these are the equations of explicit methods, whose matrix has a row for each constraint alone.
+in balance with stiff forces as interpolated ones are not, and between them on straight lines. For systems without beams
+and penalties they are computed by the equations of explicit methods, whose matrix has rows for constraints only.
 """
 
 from __future__ import annotations
@@ -57,11 +57,11 @@ def is_held(model: mdl.Model) -> bool:
     return bool(np.any(model.constraints["stiffness"] == 0.0))
 
 
-def is_by_rates(model: mdl.Model) -> bool:
-    """Whether the equations of explicit methods give accelerations and multipliers of all states of a model.
+def has_explicit_equations(model: mdl.Model) -> bool:
+    """Whether the equations of explicit methods give the accelerations and multipliers of a model at all states.
 
-    Not of coordinates with rates of their own, as of beams and threads, of penalties, which have no multipliers there,
-    and of what explicit methods do not support.
+    They do not for beams and threads, whose coordinates have rates of their own, for penalties, which have no
+    multipliers there, and for kinds that explicit methods do not support.
     """
     present = [family for family in families().values() if family.records(model).size]
     if model.constraints["stiffness"].any() or any(one.explicit.rate or one.explicit.carried for one in present):
@@ -129,7 +129,7 @@ def _evaluate(run: PendingReactions, wanted: np.ndarray) -> None:
         np.zeros((2 if stiff else 1, size))
         for size in (work.out_a.shape[1], work.out_la.shape[1], 6 * model.bodies.size)
     ]
-    dy = np.zeros(work.y.size if is_by_rates(model) else 0)
+    dy = np.zeros(work.y.size if has_explicit_equations(model) else 0)
     ranks, reached = run.ranks.at(times), np.zeros(1, dtype=np.int64)
     for own in np.split(np.arange(samples.size), np.flatnonzero(np.diff(ranks)) + 1):
         run.ranks.use(int(ranks[own[0]]))
@@ -143,9 +143,9 @@ def _evaluate(run: PendingReactions, wanted: np.ndarray) -> None:
     work.loop.factorizations, work.loop.quality = counted  # those of the steps
 
 
-@indirect(_I(REAL, VECTOR, mdl.MODEL, VECTOR, VECTOR, VECTOR), used_for=is_by_rates)
-def rates_at(t, state, model, dy, a, la):  # type: ignore[no-untyped-def]
-    """Accelerations and multipliers of a state by the equations of explicit methods; 1, or 0 where they have none."""
+@indirect(_I(REAL, VECTOR, mdl.MODEL, VECTOR, VECTOR, VECTOR), used_for=has_explicit_equations)
+def solve_explicit_equations(t, state, model, dy, a, la):  # type: ignore[no-untyped-def]
+    """Accelerations a and multipliers la at a state by the equations of explicit methods; 1 if finite, else 0."""
     rows, n_q = model.rows, model.info.nq
     rhs(t, state, model.switches, model, dy)
     for i in range(a.size):
@@ -157,8 +157,8 @@ def rates_at(t, state, model, dy, a, la):  # type: ignore[no-untyped-def]
 
 @inlined
 def _evaluate_state(t, state, model, matrix, work, dy, a, la):  # type: ignore[no-untyped-def]
-    """Accelerations, multipliers and forces of a state; returns whether there are any."""
-    if dy.size > 0 and rates_at(t, state, model, dy, a, la) != 0:
+    """Accelerations a, multipliers la and forces at a state; returns whether they could be computed."""
+    if dy.size > 0 and solve_explicit_equations(t, state, model, dy, a, la) != 0:
         return True
     return forces_at(t, state, model, matrix, work, a, la) == DONE
 
@@ -174,7 +174,7 @@ def evaluate_steps(  # type: ignore[no-untyped-def]
     samples, steps : (n,) int, in order, and the first sample of the step of each
     reached : (1,) int, output: number of the one that is evaluated
     a, la, F : (1 or 2, ...) float, room for accelerations, multipliers and wrenches
-    dy : (ny,) float, scratch, of a model that `is_by_rates`, else (0,)
+    dy : (ny,) float, scratch, if the model has explicit equations (`has_explicit_equations`), else (0,)
     """
     ends, bodies, found = len(a), model.bodies, False
     for i in range(len(samples)):
