@@ -92,9 +92,9 @@ def tree_of(
 _DATA = (
     "_data_variables", "_node_coord_variables", "_node_dims", "_node_indexes", "_encoding", "_attrs", "_close",
 )  # fmt: skip
-#: Whether xarray's class is as `_Later` needs it; if not, groups are made at once.
 #: Those of them that groups ask for, which inherit coordinates.
 _INHERITED = "_node_coord_variables", "_node_indexes"
+#: Whether xarray's class is as `_Later` needs it; if not, groups are made at once.
 _CAN_WAIT = set(_DATA) < set(xr.DataTree.__slots__) and hasattr(xr.DataTree(), "__dict__")
 
 

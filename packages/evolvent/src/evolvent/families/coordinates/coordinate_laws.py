@@ -18,10 +18,10 @@ from evolvent.kernels.profile import profile
 from evolvent.model import BY_DAMPER, BY_FRICTION, BY_LATCH, FRICTION_FORCE, MODEL
 
 USED_FOR = "coordinates"
-#: Kinds of motors.
 #: Fields of coordinates whose extremes over all steps are kept.
 EXTREMES = ("angle", "rate", "torque", "rubs", "latch_torque")
 ANGLE, RATE, TORQUE, RUBS, LATCH_TORQUE = range(len(EXTREMES))
+#: Kinds of motors.
 BY_PROFILE, BY_LAW, BY_MOTION, BY_VOLTAGE, BY_CURRENT = range(5)
 
 
