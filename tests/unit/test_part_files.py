@@ -245,6 +245,21 @@ def test_sources_say_where_parts_are() -> None:
     assert not hasattr(parts, "Reference")  # named for users by its module, but no section
 
 
+def test_places_of_parts_without_their_sources(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a distribution that has compiled modules alone."""
+    found = dict(parts.places())
+
+    def missing(*_: str) -> None:
+        raise FileNotFoundError
+
+    monkeypatch.setattr(family_registry.pkgutil, "get_data", missing)
+    assert parts.places.__wrapped__() == found
+
+
+def test_names_for_users_may_stand_below_their_classes() -> None:
+    assert parts._said('class Ring(Section):\n    pass\n__all__ = ["Ring"]\n') == {"Ring": ""}
+
+
 def test_a_body_written_by_hand() -> None:
     """A list has its unit once, in its last entry; short forms of shapes and sections."""
     found = read_parts(

@@ -51,11 +51,14 @@ def beside(role: str) -> tuple[Any, ...]:
     return tuple(importlib.import_module(name) for name in names_beside(role))
 
 
-def source_of(module: str) -> str:
-    """Source of a module of a package, which is not loaded."""
+def source_of(module: str) -> str | None:
+    """Source of a module of a package, which is not loaded; None where there is none beside what is compiled."""
     package, _, name = module.rpartition(".")
-    found = pkgutil.get_data(package, f"{name}.py")
-    return "" if found is None else found.decode()
+    try:
+        found = pkgutil.get_data(package, f"{name}.py")
+    except OSError:
+        return None
+    return None if found is None else found.decode()
 
 
 @functools.cache

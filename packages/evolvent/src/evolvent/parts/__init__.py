@@ -3,7 +3,7 @@
 The names of this package are those of its modules, and of the parts beside the families of their records
 (`model.registry.beside`): parts that a case file may name by their kind, and the sections that parts take, such as
 shapes and drives, which stand in the `__all__` of their module. The sources say where each of them is, so that only the
-modules are loaded whose parts are asked for.
+modules are loaded whose parts are asked for. Modules without a source are loaded.
 """
 
 from __future__ import annotations
@@ -38,17 +38,31 @@ def places() -> Mapping[str, Place]:
     """Where the parts, and the classes that modules name for users, are by their sources; by name."""
     found: dict[str, Place] = {}
     for module in (*(f"{__name__}.{one.name}" for one in pkgutil.iter_modules(__path__)), *names_beside("part")):
-        named, last = set[str](), ""
-        for one in _SAID.finditer(source_of(module)):
-            if one["kind"] is not None:
-                found[last] = Place(module, one["kind"])
-            elif one["name"] is not None:
-                last = one["name"]
-                if last in named:
-                    found[last] = Place(module, "")
-            else:
-                named |= {*re.findall(r"\w+", one["names"])}
+        source = source_of(module)
+        own = _loaded(module) if source is None else _said(source)
+        found |= {name: Place(module, kind) for name, kind in own.items()}
     return MappingProxyType(dict(sorted(found.items())))
+
+
+def _said(source: str) -> dict[str, str]:
+    """Kinds of the classes that a source has for users, '' of what is no part; by name."""
+    said, found, last = [*_SAID.finditer(source)], dict[str, str](), ""
+    named = {name for one in said if one["names"] is not None for name in re.findall(r"\w+", one["names"])}
+    for one in said:
+        if one["kind"] is not None:
+            found[last] = one["kind"]
+        elif one["name"] is not None:
+            last = one["name"]
+            if last in named:
+                found[last] = ""
+    return found
+
+
+def _loaded(module: str) -> dict[str, str]:
+    """As `_said`, of a module without a source."""
+    held = vars(importlib.import_module(module))
+    own = {name: one for name, one in held.items() if isinstance(one, type) and one.__module__ == module}
+    return {name: kind_of(one) for name, one in own.items() if kind_of(one) or name in held.get("__all__", ())}
 
 
 def _section(name: str) -> type[Section] | None:

@@ -101,7 +101,7 @@ _CAN_WAIT = set(_DATA) < set(xr.DataTree.__slots__) and hasattr(xr.DataTree(), "
 class _Later(xr.DataTree):
     """A node whose data set is made when it is first asked for; it is a plain node from then on.
 
-    Python calls `__getattr__` for a slot that is not set. Where one is set, such as attributes, the data set is made first.
+    Python calls `__getattr__` for a slot that is not set. Where one is set, the data set is made first.
     """
 
     __slots__ = ()
