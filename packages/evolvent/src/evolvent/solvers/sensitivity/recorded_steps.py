@@ -60,6 +60,7 @@ from evolvent.solvers.sensitivity.windows import (
     NODES,
     SHORTEST,
     SMOOTH,
+    TAKEN,
     WAITS,
     WINDOWS,
     begin_window,
@@ -294,7 +295,7 @@ def _open_window(first, last, model, models, work, recorded, room, linear, windo
     size, evaluated = min(counts[NEXT], last - first + 1), 0
     if counts[SMOOTH] != 0 and counts[WAITS] == 0 and size >= SHORTEST and _are_alike(last - size + 1, last, recorded):
         place_nodes(last, size, windows)
-        for slot in range(NODES + 1):
+        for slot in range(TAKEN):
             _differentiate(windows.steps[slot], slot, model, models, work, recorded, room, linear, windows)
         error = error_of(rated, windows)
         note_trial(error, size, windows)

@@ -2,8 +2,9 @@
 
 K, C and the derivatives of the equations by parameters are functions of the time at which steps end, as smooth as the
 motion where steps are equally long and nothing in the forces has a kink. In a window of steps they are polynomials
-through `NODES` of them. One more step is evaluated in each window: where the polynomials are off there by more than
-what is allowed, the window is halved, and below the shortest one each step is evaluated.
+through `NODES` of them. Two more steps are evaluated in each window, one in each half: the error goes as a derivative
+that may pass zero at one of them. Where the polynomials are off there by more than what is allowed, the window is
+halved, and below the shortest one each step is evaluated.
 """
 
 from __future__ import annotations
@@ -13,12 +14,16 @@ import numpy as np
 from evolvent.compiled.jit import inlined
 from evolvent.compiled.pointer import Struct, array
 
-#: Steps of a window that are evaluated; rows of matrices: of these, of the one that is compared, and of the present.
-NODES, COMPARED, PRESENT = 5, 5, 6
+#: Steps of a window through which polynomials go, and steps that are evaluated, of which the last ones are compared;
+#: row of matrices of the present step.
+NODES, TAKEN, PRESENT = 5, 7, 7
+#: Part of a window behind its last step, and before its first one, where a step is compared.
+COMPARED = 0.32
 #: Steps of a window, and those between two trials; and error of one beside what is allowed behind which there are
 #: more steps to the next.
 SHORTEST, LONGEST, TRIED_AGAIN, HOPELESS, LONG = 8, 64, 64, 1e3, 1024
-#: Errors of matrices beside their largest entry, and of rows beside theirs, and what of them lets a window grow.
+#: Errors of matrices and of rows beside their largest entry in the steps that are evaluated, and what of them lets a
+#: window grow.
 OFF_MATRIX, OFF_ROWS, GROWS = 1e-10, 1e-8, 1e-2
 #: Part of a step by which those of a window differ at most.
 ALIKE = 1e-9
@@ -33,12 +38,12 @@ class Windows(Struct):
     Attributes
     ----------
     counts : (N_COUNTS,) int
-    steps : (NODES + 1,) int, those that are evaluated, the last one of the window first; weights : (NODES,) float
+    steps : (TAKEN,) int, those that are evaluated, the last one of the window first; weights : (NODES,) float
     first, entry, place : columns that K and C may have (`transposed.columns_of`)
     K, C : (PRESENT + 1, nk) float, of their columns
     K_first, C_first : (nv + nj + 1,) int, entries of each column of K and C, of which K_entry, C_entry : (nk,) int are
         the rows, and K_place, C_place : (nk,) int the indices in the values of a matrix
-    rows : (NODES + 1, groups + 1, nv + nj) float; W : (NODES, values, nv + nj) float, sums of solutions
+    rows : (TAKEN, groups + 1, nv + nj) float; W : (NODES, values, nv + nj) float, sums of solutions
     """
 
     counts: np.ndarray = array(1, np.int64)
@@ -66,31 +71,31 @@ def windows_of(columns, groups, values, smooth):
     """Room for windows of a matrix by its columns: `Windows`; smooth : bool, whether steps are interpolated."""
     (first, entry, place), counts = columns, np.zeros(N_COUNTS, dtype=np.int64)
     counts[NEXT], counts[BETWEEN], counts[SMOOTH] = 2 * SHORTEST, TRIED_AGAIN, smooth
-    n, size, many = first.size - 1, place.size, NODES if smooth else 1
+    n, size = first.size - 1, place.size
     of = (np.zeros(shape, dtype=np.int64) for shape in (n + 1, n + 1, size, size, size, size))
     names = ("K_first", "C_first", "K_entry", "C_entry", "K_place", "C_place")
     return Windows(
         counts=counts,
-        steps=np.zeros(NODES + 1, dtype=np.int64),
+        steps=np.zeros(TAKEN, dtype=np.int64),
         weights=np.zeros(NODES),
         first=first,
         entry=entry,
         place=place,
         K=np.zeros((PRESENT + 1 if smooth else 1, size)),
         C=np.zeros((PRESENT + 1 if smooth else 1, size)),
-        rows=np.zeros((many + smooth, groups + 1, n)),
-        W=np.zeros((many, values, n)),
+        rows=np.zeros((TAKEN if smooth else 1, groups + 1, n)),
+        W=np.zeros((NODES if smooth else 1, values, n)),
         **dict(zip(names, of, strict=True)),
     )
 
 
 @inlined
 def place_nodes(last, size, windows):
-    """Steps that are evaluated in a window of some size up to a step, and the one that is compared."""
+    """Steps that are evaluated in a window of some size up to a step."""
     nodes, n = windows.steps, size - 1
     nodes[0], nodes[4] = last, last - n
     nodes[1], nodes[2], nodes[3] = last - int(0.146 * n + 0.5), last - n // 2, last - int(0.854 * n + 0.5)
-    nodes[COMPARED] = last - int(0.32 * n + 0.5)
+    nodes[NODES], nodes[NODES + 1] = last - int(COMPARED * n + 0.5), last - int((1.0 - COMPARED) * n + 0.5)
 
 
 @inlined
@@ -106,30 +111,32 @@ def weigh(n, windows):
 
 
 @inlined
-def _off(of, weights):
-    """Largest error of what is interpolated where it is compared, and largest entry there."""
+def _off(of, step, weights):
+    """Largest error of what is interpolated at a step that is compared, and largest entry of all that are evaluated."""
     off = largest = 0.0
     for k in range(of.shape[1]):
-        value = -of[COMPARED, k]
+        value = -of[step, k]
         for j in range(NODES):
             value += weights[j] * of[j, k]
-        off, largest = max(off, abs(value)), max(largest, abs(of[COMPARED, k]))
+            largest = max(largest, abs(of[j, k]))
+        off, largest = max(off, abs(value)), max(largest, abs(of[step, k]))
     return off, largest
 
 
 @inlined
 def error_of(rated, windows):
     """Error of a window beside what is allowed; rated : bool, whether there is C."""
-    weigh(windows.steps[COMPARED], windows)
-    off, largest = _off(windows.K, windows.weights)
-    if rated:
-        by_rate, most = _off(windows.C, windows.weights)
-        off, largest = max(off, by_rate), max(largest, most)
-    error = off / (OFF_MATRIX * largest) if largest > 0.0 else 0.0
-    for g in range(windows.rows.shape[1]):
-        off, largest = _off(windows.rows[:, g], windows.weights)
-        if largest > 0.0:
-            error = max(error, off / (OFF_ROWS * largest))
+    error = 0.0
+    for step in range(NODES, TAKEN):
+        weigh(windows.steps[step], windows)
+        off, largest = _off(windows.K, step, windows.weights)
+        if rated:
+            by_rate, most = _off(windows.C, step, windows.weights)
+            off, largest = max(off, by_rate), max(largest, most)
+        error = max(error, off / (OFF_MATRIX * largest) if largest > 0.0 else 0.0)
+        for g in range(windows.rows.shape[1]):
+            off, largest = _off(windows.rows[:, g], step, windows.weights)
+            error = max(error, off / (OFF_ROWS * largest) if largest > 0.0 else 0.0)
     return error
 
 
