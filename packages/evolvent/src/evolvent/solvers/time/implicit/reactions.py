@@ -142,6 +142,7 @@ def _evaluate(run: PendingReactions, wanted: np.ndarray) -> None:
                 break
             except Exception:  # noqa: BLE001  (of a user's law, which is evaluated beside the state as well)
                 left = left[steps[left] > steps[left[reached[0]]]]
+    run.ranks.use(-1)  # with which a run goes on
     work.loop.factorizations, work.loop.quality = counted  # those of the steps
 
 
