@@ -11,7 +11,10 @@ import pytest
 from evolvent import RunFailed, System, elements, law, parts
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.time import pace
+from evolvent.solvers.time.implicit import energy_momentum
 from evolvent.solvers.time.implicit.energy_momentum import solve_energy
+from evolvent.solvers.time.implicit.newton import correction
+from evolvent.solvers.time.implicit.run import ImplicitRun
 
 METHOD = "energy-momentum"
 
@@ -94,3 +97,17 @@ def test_redundant_joints_run_and_are_named() -> None:
     system.add(parts.Joint(a=(1.0, 0.0, 0.0), b=("body", (1.0, 0.0, 0.0))), "second")
     result = system.simulate(until=1.0, method=METHOD, step=1e-2)
     assert "6 of 9 constraints are independent, those of 'first', 'second' are redundant" in result.message
+
+
+def test_a_correction_that_is_no_number_is_not_small() -> None:
+    """Of factors that are not finite: the largest of sizes leaves out what is no number."""
+    system = System()
+    system.add(parts.Point(mass=1.0, position=(1.1, 0.0, 0.0)), "bob")
+    system.add(parts.Spring(a=(0.0, 0.0, 0.0), b="bob", stiffness=100.0, length=1.0), "spring")
+    run = ImplicitRun(energy_momentum.plan(system.assemble(), samples=[0.0, 1.0], step=0.01))
+    assert run.begin() == ""
+    run.advance(2)
+    run.work.r[:] = 1.0
+    assert math.isfinite(correction(1.0, run.model, run.matrix, run.work))
+    run.matrix.values[:] = np.nan
+    assert not math.isfinite(correction(1.0, run.model, run.matrix, run.work))

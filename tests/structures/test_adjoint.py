@@ -21,7 +21,16 @@ from evolvent.solvers.sensitivity.adjoint_support import are_smooth
 from evolvent.solvers.sensitivity.colours import coloured, equations_of
 from evolvent.solvers.sensitivity.patches import Sides
 from evolvent.solvers.sensitivity.transposed import columns_of
-from evolvent.solvers.sensitivity.windows import LONGEST, NEXT
+from evolvent.solvers.sensitivity.windows import (
+    LONGEST,
+    NEXT,
+    NODES,
+    ROW_TOLERANCE,
+    choose_nodes,
+    lagrange_weights,
+    window_error,
+    windows_of,
+)
 from evolvent_base.errors import InputError
 from structures.test_sensitivity import ALPHA, BOTH, ENERGY, differences, hinge, masses_in_a_row
 
@@ -176,6 +185,26 @@ def test_interpolated_matrices_give_the_same_derivatives(damping: float, monkeyp
         counts.append(int(adjoint.windows.counts[NEXT]))
     assert counts[0] == LONGEST, counts
     np.testing.assert_allclose(found[0], found[1], rtol=1e-9)
+
+
+@pytest.mark.parametrize(("size", "turn"), [(8, 0.06), (16, 0.03), (64, 0.01)])
+def test_the_error_of_a_window_is_that_of_all_its_steps(size: int, turn: float) -> None:
+    """Of a row that swings, at any phase: wherever its fifth derivative, or itself, passes zero."""
+    one = np.array([0, 1]), np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.int64)
+    windows, steps = windows_of(one, 1, 1, True), np.arange(1001 - size, 1001)
+    choose_nodes(1000, size, windows)
+    windows.K[:] = 1.0
+    ratios = []
+    for phase in np.linspace(0.0, np.pi, 73):
+        row = np.cos(turn * (1000 - steps) + phase)
+        windows.rows[:, 0, 0] = row[windows.steps - steps[0]]
+        error, largest = window_error(False, windows), np.abs(windows.rows[:, 0, 0]).max()
+        found = []
+        for n in steps:
+            lagrange_weights(n, windows)
+            found.append(windows.weights @ windows.rows[:NODES, 0, 0])
+        ratios.append(np.abs(found - row).max() / (ROW_TOLERANCE * largest * error))
+    assert max(ratios) < 1.5, max(ratios)
 
 
 def test_forces_with_kinks_are_evaluated_in_each_step() -> None:

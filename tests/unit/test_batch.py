@@ -162,3 +162,20 @@ def test_a_copy_that_fails_says_why_and_the_others_go_on() -> None:
 def test_what_a_batch_cannot_do_is_refused(system: System, act: object, match: str) -> None:
     with pytest.raises(InputError, match=match):
         act(system)  # type: ignore[operator]
+
+
+def test_copies_that_could_not_be_placed_wait(system: System, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a batch whose placing was interrupted once, as by Ctrl+C, and which goes on."""
+    found = []
+    for interrupted in (False, True):
+        batch = system.batch(2, until=0.2, workers=1, method="generalized-alpha")
+        batch.expand("hinge.stiffness", VALUES[:2])
+        if interrupted:
+            with monkeypatch.context() as patched:
+                patched.setattr(batch._copies, "place", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+                with pytest.raises(KeyboardInterrupt):
+                    _ = batch.states
+        batch.run()
+        found.append(batch.states.copy())
+        batch.close()
+    assert np.array_equal(*found)

@@ -245,6 +245,21 @@ def test_sources_declare_all_parts() -> None:
     assert not hasattr(parts, "Reference")  # in the `__all__` of its module, but not a section
 
 
+def test_parts_are_found_without_their_sources(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a distribution that has compiled modules alone."""
+    found = dict(parts.definitions())
+
+    def missing(*_: str) -> None:
+        raise FileNotFoundError
+
+    monkeypatch.setattr(family_registry.pkgutil, "get_data", missing)
+    assert parts.definitions.__wrapped__() == found
+
+
+def test_names_for_users_may_stand_below_their_classes() -> None:
+    assert parts._declared_kinds('class Ring(Section):\n    pass\n__all__ = ["Ring"]\n') == {"Ring": ""}
+
+
 def test_a_body_written_by_hand() -> None:
     """A list has its unit once, in its last entry; short forms of shapes and sections."""
     found = read_parts(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -254,6 +254,21 @@ def test_only_loads_on_the_tip_suppress_the_warning_about_it(add: Any, warns: bo
     if add is not None:
         system.add(add, "more")
     assert ("acts per length of 'tether'" in closure.unloaded_tips(system.assemble())) == warns
+
+
+def test_a_load_of_a_kind_of_its_own_counts_as_one() -> None:
+    """Of a plug-in, derived from a load."""
+
+    class Gust(parts.Load):
+        kind: Literal["gust"] = "gust"  # type: ignore[assignment]
+
+    system = System()
+    system.add(parts.RigidBody(motion="spin", inertia=1.0), "hub")
+    drive = parts.ConstantDrive(rate=0.0, angle=80.0)
+    system.add(parts.Reel(body="hub", centre=(0.1, 0.0, 0.0), radius=0.01, drive=drive), "reel")
+    system.add(parts.Thread(reel="reel", length=1.0, line_density=0.1, nodes=4, stiffness=1e3, tip_mass=0.5), "tether")
+    system.add(Gust(along="tether", law=["1", "0", "0"]), "gust")
+    assert "'gust' acts per length of 'tether'" in closure.unloaded_tips(system.assemble())
 
 
 @pytest.mark.parametrize(("angle", "named"), [(70.0, False), (95.0, True)])

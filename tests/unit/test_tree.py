@@ -98,3 +98,16 @@ def test_a_part_of_a_tree_that_waits_can_be_pickled_and_cut_off():
     assert list(alone.children) == ["bob", "more"]
     del alone["bob"]
     assert list(alone.children) == ["more"]
+
+
+def test_what_is_set_on_a_tree_that_waits_stays() -> None:
+    """Attributes and encoding of the root and of a part, before and after the others are made."""
+    found = run()
+    found.attrs = {"mine": 1}
+    found.encoding = {"unlimited_dims": {"time"}}
+    found["bob"].attrs = {"mine": 2}
+    assert found["energy_kinetic"].sizes == {"time": 3}
+    assert found["bob"]["speed"].sizes == {"time": 3}
+    assert (found.attrs, found["bob"].attrs) == ({"mine": 1}, {"mine": 2})
+    assert found.encoding == {"unlimited_dims": {"time"}}
+    assert type(found) is xr.DataTree

@@ -144,11 +144,11 @@ class Batch:
         self._is_seen |= seen
         which = np.flatnonzero(self._waiting)
         if which.size:
-            self._waiting[:] = False
             self._copies.place(which, self._parameters.write)
             for held in self._held.values():
                 held[:, which] = 0.0
             self._results.refresh(which)
+            self._waiting[which] = False  # after all that can fail or be interrupted
         return self._copies
 
     def _chosen(self, which: Any) -> Array:

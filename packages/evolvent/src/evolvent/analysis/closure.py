@@ -100,8 +100,8 @@ def unresolved_captures(solution: Solution) -> str:
 
 
 def _of_kind(assembly: Assembly, kind: str) -> list[tuple[str, Any]]:
-    """Names and parts of a kind, found without loading the class of that kind."""
-    return [(name, part) for name, part in assembly.parts.items() if kind_of(type(part)) == kind]
+    """Names and parts of a kind or derived from it, found without loading the class of that kind."""
+    return [(name, part) for name, part in assembly.parts.items() if kind in map(kind_of, type(part).__mro__)]
 
 
 def unloaded_tips(assembly: Assembly) -> str:

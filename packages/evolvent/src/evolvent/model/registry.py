@@ -51,11 +51,14 @@ def beside(role: str) -> tuple[Any, ...]:
     return tuple(importlib.import_module(name) for name in module_names(role))
 
 
-def module_source(module: str) -> str:
-    """Source code of a module of a package, which is not imported."""
+def module_source(module: str) -> str | None:
+    """Source code of a module of a package, which is not imported; None if only compiled code is distributed."""
     package, _, name = module.rpartition(".")
-    found = pkgutil.get_data(package, f"{name}.py")
-    return "" if found is None else found.decode()
+    try:
+        found = pkgutil.get_data(package, f"{name}.py")
+    except OSError:
+        return None
+    return None if found is None else found.decode()
 
 
 @functools.cache

@@ -2,8 +2,8 @@
 
 The names of this package are those of its modules, and of the parts beside the families of their records
 (`model.registry.beside`): parts that a case file may name by their kind, and the sections that parts take, such as
-shapes and drives, which stand in the `__all__` of their module. Their modules are found by a
-search of the source code, and are imported when one of their names is used.
+shapes and drives, which stand in the `__all__` of their module. Their modules are found by a search of the source code,
+and are imported when one of their names is used; modules without source code are imported at once.
 """
 
 from __future__ import annotations
@@ -38,17 +38,31 @@ def definitions() -> Mapping[str, Definition]:
     """Definitions of all parts, and of classes in `__all__` of their modules, by class name; read from the sources."""
     found: dict[str, Definition] = {}
     for module in (*(f"{__name__}.{one.name}" for one in pkgutil.iter_modules(__path__)), *module_names("part")):
-        named, last = set[str](), ""
-        for one in _DECLARATION.finditer(module_source(module)):
-            if one["kind"] is not None:
-                found[last] = Definition(module, one["kind"])
-            elif one["name"] is not None:
-                last = one["name"]
-                if last in named:
-                    found[last] = Definition(module, "")
-            else:
-                named |= {*re.findall(r"\w+", one["names"])}
+        source = module_source(module)
+        kinds = _imported_kinds(module) if source is None else _declared_kinds(source)
+        found |= {name: Definition(module, kind) for name, kind in kinds.items()}
     return MappingProxyType(dict(sorted(found.items())))
+
+
+def _declared_kinds(source: str) -> dict[str, str]:
+    """Kinds of the parts that source code declares, by class name; '' for other classes in its `__all__`."""
+    declarations, found, last = [*_DECLARATION.finditer(source)], dict[str, str](), ""
+    public = {name for one in declarations if one["names"] is not None for name in re.findall(r"\w+", one["names"])}
+    for one in declarations:
+        if one["kind"] is not None:
+            found[last] = one["kind"]
+        elif one["name"] is not None:
+            last = one["name"]
+            if last in public:
+                found[last] = ""
+    return found
+
+
+def _imported_kinds(module: str) -> dict[str, str]:
+    """As `_declared_kinds`, of a module without source code, which is imported."""
+    names = vars(importlib.import_module(module))
+    own = {name: one for name, one in names.items() if isinstance(one, type) and one.__module__ == module}
+    return {name: kind_of(one) for name, one in own.items() if kind_of(one) or name in names.get("__all__", ())}
 
 
 def _load_section(name: str) -> type[Section] | None:

@@ -101,7 +101,7 @@ _CAN_WAIT = set(_DATA) < set(xr.DataTree.__slots__) and hasattr(xr.DataTree(), "
 class _Later(xr.DataTree):
     """A node whose data set is made when it is first asked for; it is a plain node from then on.
 
-    Python calls `__getattr__` for a slot that is not set.
+    Python calls `__getattr__` for a slot that is not set. Where one is set, the data set is made first.
     """
 
     __slots__ = ()
@@ -132,8 +132,13 @@ class _Later(xr.DataTree):
         else:
             made = xr.DataTree(coordinates())
             for slot in _INHERITED:
-                setattr(self, slot, getattr(made, slot))
+                xr.DataTree.__setattr__(self, slot, getattr(made, slot))
         return getattr(self, name)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name in _DATA:
+            self._fill()
+        xr.DataTree.__setattr__(self, name, value)  # whose class it may be by now
 
     def __reduce_ex__(self, protocol: Any) -> Any:
         self._fill()
@@ -146,7 +151,7 @@ class _Later(xr.DataTree):
             return
         made = xr.DataTree(make())
         for slot in _DATA:
-            setattr(self, slot, getattr(made, slot))
+            xr.DataTree.__setattr__(self, slot, getattr(made, slot))
         self.__class__ = xr.DataTree  # type: ignore[assignment]
         self.__dict__.pop("make", None)
         self.__dict__.pop("coordinates", None)

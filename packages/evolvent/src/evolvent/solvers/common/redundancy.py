@@ -195,9 +195,10 @@ class Ranks:
         return np.asarray(np.maximum(np.searchsorted(since, times, side="right") - 1, 0))
 
     def use(self, number: int) -> None:
-        """Give the model the compliance that its constraints had with a rank."""
+        """Give the model the compliance that its constraints had with a rank, and whether some were redundant."""
         if self.found:
             self.model.constraints["slack"] = self.found[number].slack
+            self.model.info.redundant = int(self.found[number].redundancy is not None)
 
     @property
     def text(self) -> str:

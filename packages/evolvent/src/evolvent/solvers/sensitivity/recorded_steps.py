@@ -60,6 +60,7 @@ from evolvent.solvers.sensitivity.windows import (
     SHORTEST,
     SMOOTH,
     STEP_TOLERANCE,
+    TAKEN,
     WAIT,
     WINDOWS,
     adapt_window,
@@ -298,7 +299,7 @@ def _evaluate_window(first, last, model, models, work, recorded, room, linear, w
     size, evaluated = min(counts[NEXT], last - first + 1), 0
     if counts[SMOOTH] != 0 and counts[WAIT] == 0 and size >= SHORTEST and _are_uniform(last - size + 1, last, recorded):
         choose_nodes(last, size, windows)
-        for slot in range(NODES + 1):
+        for slot in range(TAKEN):
             _differentiate(windows.steps[slot], slot, model, models, work, recorded, room, linear, windows)
         error = window_error(rated, windows)
         adapt_window(error, size, windows)

@@ -2,8 +2,9 @@
 
 K, C and the derivatives of the equations by parameters are functions of the time at which steps end, as smooth as the
 motion where steps are equally long and nothing in the forces has a kink. In a window of steps they are interpolated
-by polynomials through `NODES` of them. One more step is evaluated in each window to check this: if the error there
-exceeds a tolerance, the window is halved, and below the shortest window each step is evaluated.
+by polynomials through `NODES` of them. Two more steps are evaluated in each window to check this, one in each half,
+because the error may be zero at one of them: if it exceeds a tolerance, the window is halved, and below the shortest
+window each step is evaluated.
 """
 
 from __future__ import annotations
@@ -13,14 +14,16 @@ import numpy as np
 from evolvent.compiled.jit import inlined
 from evolvent.compiled.pointer import Struct, array
 
-#: Number of nodes of a window; rows of `Windows.K` and `C`: first those of the nodes, then of the check, then of the
-#: current step.
-NODES, CHECKED, CURRENT = 5, 5, 6
+#: Number of nodes of a window, and of all steps evaluated in it, of which the last ones are the checks; rows of
+#: `Windows.K` and `C`: those of these steps, then of the current step.
+NODES, TAKEN, CURRENT = 5, 7, 7
+#: Distance of a check from either end of a window, relative to its length.
+CHECKED = 0.32
 #: Numbers of steps of the shortest and the longest window, and before the next trial; ratio of error to tolerance above
 #: which the next trial is after `LONG_WAIT` steps.
 SHORTEST, LONGEST, RETRY, LARGE_ERROR, LONG_WAIT = 8, 64, 64, 1e3, 1024
-#: Tolerances of matrices and of rows, relative to their largest entry; and ratio of error to tolerance below which the
-#: next window is doubled.
+#: Tolerances of matrices and of rows, relative to their largest entry in the steps evaluated; and ratio of error to
+#: tolerance below which the next window is doubled.
 MATRIX_TOLERANCE, ROW_TOLERANCE, GROWTH_LIMIT = 1e-10, 1e-8, 1e-2
 #: Largest relative difference of the lengths of steps in a window.
 STEP_TOLERANCE = 1e-9
@@ -35,14 +38,14 @@ class Windows(Struct):
     Attributes
     ----------
     counts : (N_COUNTS,) int
-    steps : (NODES + 1,) int, numbers of the steps that are nodes, the last step of the window first, and of the check
+    steps : (TAKEN,) int, numbers of the steps that are nodes, the last step of the window first, and of the checks
     weights : (NODES,) float, of the nodes in the current step
     first, entry, place : possible entries of K and C by columns (`transposed.columns_of`)
     K, C : (CURRENT + 1, nk) float, their entries
     K_first, C_first : (nv + nj + 1,) int, first nonzero entry of each column of K and C
     K_entry, C_entry : (nk,) int, rows of these entries
     K_place, C_place : (nk,) int, indices of these entries in the values of a matrix
-    rows : (NODES + 1, groups + 1, nv + nj) float, derivatives of the equations by groups of parameters and by time
+    rows : (TAKEN, groups + 1, nv + nj) float, derivatives of the equations by groups of parameters and by time
     W : (NODES, values, nv + nj) float, weighted sums of solutions
     """
 
@@ -71,31 +74,31 @@ def windows_of(columns, groups, values, smooth):
     """Allocate `Windows` for the columns of a matrix; smooth : bool, whether steps are interpolated."""
     (first, entry, place), counts = columns, np.zeros(N_COUNTS, dtype=np.int64)
     counts[NEXT], counts[RETRY_WAIT], counts[SMOOTH] = 2 * SHORTEST, RETRY, smooth
-    n, size, many = first.size - 1, place.size, NODES if smooth else 1
+    n, size = first.size - 1, place.size
     of = (np.zeros(shape, dtype=np.int64) for shape in (n + 1, n + 1, size, size, size, size))
     names = ("K_first", "C_first", "K_entry", "C_entry", "K_place", "C_place")
     return Windows(
         counts=counts,
-        steps=np.zeros(NODES + 1, dtype=np.int64),
+        steps=np.zeros(TAKEN, dtype=np.int64),
         weights=np.zeros(NODES),
         first=first,
         entry=entry,
         place=place,
         K=np.zeros((CURRENT + 1 if smooth else 1, size)),
         C=np.zeros((CURRENT + 1 if smooth else 1, size)),
-        rows=np.zeros((many + smooth, groups + 1, n)),
-        W=np.zeros((many, values, n)),
+        rows=np.zeros((TAKEN if smooth else 1, groups + 1, n)),
+        W=np.zeros((NODES if smooth else 1, values, n)),
         **dict(zip(names, of, strict=True)),
     )
 
 
 @inlined
 def choose_nodes(last, size, windows):
-    """Choose the nodes (near Chebyshev-Lobatto points) and the check of a window of `size` steps up to step `last`."""
+    """Choose the nodes (near Chebyshev-Lobatto points) and the checks of a window of `size` steps up to step `last`."""
     nodes, n = windows.steps, size - 1
     nodes[0], nodes[4] = last, last - n
     nodes[1], nodes[2], nodes[3] = last - int(0.146 * n + 0.5), last - n // 2, last - int(0.854 * n + 0.5)
-    nodes[CHECKED] = last - int(0.32 * n + 0.5)
+    nodes[NODES], nodes[NODES + 1] = last - int(CHECKED * n + 0.5), last - int((1.0 - CHECKED) * n + 0.5)
 
 
 @inlined
@@ -111,30 +114,32 @@ def lagrange_weights(n, windows):
 
 
 @inlined
-def _interpolation_error(of, weights):
-    """Largest interpolation error at the check, and largest entry there."""
+def _interpolation_error(of, step, weights):
+    """Largest interpolation error at a check, and largest entry there and at the nodes."""
     off = largest = 0.0
     for k in range(of.shape[1]):
-        value = -of[CHECKED, k]
+        value = -of[step, k]
         for j in range(NODES):
             value += weights[j] * of[j, k]
-        off, largest = max(off, abs(value)), max(largest, abs(of[CHECKED, k]))
+            largest = max(largest, abs(of[j, k]))
+        off, largest = max(off, abs(value)), max(largest, abs(of[step, k]))
     return off, largest
 
 
 @inlined
 def window_error(rated, windows):
     """Largest ratio of interpolation error to tolerance in a window; rated : bool, whether there is C."""
-    lagrange_weights(windows.steps[CHECKED], windows)
-    off, largest = _interpolation_error(windows.K, windows.weights)
-    if rated:
-        by_rate, most = _interpolation_error(windows.C, windows.weights)
-        off, largest = max(off, by_rate), max(largest, most)
-    error = off / (MATRIX_TOLERANCE * largest) if largest > 0.0 else 0.0
-    for g in range(windows.rows.shape[1]):
-        off, largest = _interpolation_error(windows.rows[:, g], windows.weights)
-        if largest > 0.0:
-            error = max(error, off / (ROW_TOLERANCE * largest))
+    error = 0.0
+    for step in range(NODES, TAKEN):
+        lagrange_weights(windows.steps[step], windows)
+        off, largest = _interpolation_error(windows.K, step, windows.weights)
+        if rated:
+            by_rate, most = _interpolation_error(windows.C, step, windows.weights)
+            off, largest = max(off, by_rate), max(largest, most)
+        error = max(error, off / (MATRIX_TOLERANCE * largest) if largest > 0.0 else 0.0)
+        for g in range(windows.rows.shape[1]):
+            off, largest = _interpolation_error(windows.rows[:, g], step, windows.weights)
+            error = max(error, off / (ROW_TOLERANCE * largest) if largest > 0.0 else 0.0)
     return error
 
 

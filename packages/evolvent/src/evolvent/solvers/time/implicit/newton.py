@@ -57,7 +57,7 @@ def change_of_friction(model):
 
 @inlined
 def correction(scale, model, matrix, work):
-    """Solve for the correction work.x; returns its size beside `weight`."""
+    """Solve for the correction work.x; returns its size beside `weight`, or inf where it is not finite."""
     rows, n_v, r, x = model.constraints, model.info.nv, work.r, work.x
     twice = method.tangent_factor(work.options)
     if model.info.redundant != 0:
@@ -67,6 +67,8 @@ def correction(scale, model, matrix, work):
     for k in range(rows.size):
         x[n_v + k] = -scale * r[n_v + k] * (1.0 if rows[k].stiffness <= 0.0 else twice)
     sparse_lu.solve(matrix, x)
+    if not is_finite(x):  # the largest of sizes leaves out what is no number
+        return math.inf
     weight, sizes = work.weight, matrix.x
     for i in range(n_v):  # in a loop of its own, which is vectorized
         sizes[i] = abs(x[i]) / weight[i]

@@ -4,7 +4,8 @@ The multipliers that generalized-alpha carries along oscillate from step to step
 near 1) and where steps change; the positions and velocities do not. Accelerations and multipliers therefore follow from
 M v' + F + G^T la = 0 and g'' = 0: at the sample where nothing is stiff, else at both ends of its step, whose states are
 in balance with stiff forces as interpolated ones are not, and between them on straight lines. For systems without beams
-and penalties they are computed by the equations of explicit methods, whose matrix has rows for constraints only.
+and penalties they are computed by the equations of explicit methods, whose matrix has rows for constraints only, unless
+constraints are redundant: there joints share loads by their compliance.
 """
 
 from __future__ import annotations
@@ -133,13 +134,15 @@ def _evaluate(run: PendingReactions, wanted: np.ndarray) -> None:
     ranks, reached = run.ranks.at(times), np.zeros(1, dtype=np.int64)
     for own in np.split(np.arange(samples.size), np.flatnonzero(np.diff(ranks)) + 1):
         run.ranks.use(int(ranks[own[0]]))
+        by_rates = dy if model.info.redundant == 0 else dy[:0]
         left = own
         while left.size:
             try:
-                evaluate_steps(samples[left], steps[left], reached, model, matrix, work, *rows, dy)
+                evaluate_steps(samples[left], steps[left], reached, model, matrix, work, *rows, by_rates)
                 break
             except Exception:  # noqa: BLE001  (of a user's law, which is evaluated beside the state as well)
                 left = left[steps[left] > steps[left[reached[0]]]]
+    run.ranks.use(-1)  # with which a run goes on
     work.loop.factorizations, work.loop.quality = counted  # those of the steps
 
 
@@ -174,7 +177,8 @@ def evaluate_steps(  # type: ignore[no-untyped-def]
     samples, steps : (n,) int, in order, and the first sample of the step of each
     reached : (1,) int, output: number of the one that is evaluated
     a, la, F : (1 or 2, ...) float, room for accelerations, multipliers and wrenches
-    dy : (ny,) float, scratch, if the model has explicit equations (`has_explicit_equations`), else (0,)
+    dy : (ny,) float, scratch, if the model has explicit equations (`has_explicit_equations`) and no redundant
+        constraints, else (0,)
     """
     ends, bodies, found = len(a), model.bodies, False
     for i in range(len(samples)):
