@@ -76,6 +76,17 @@ def test_extremes_of_copies_are_those_of_all_their_steps(method: str) -> None:
     assert found[np.abs(stiffness - 100.0).argmin()] < samples.min() - 0.01
 
 
+def test_copies_that_have_failed_at_once_leave_the_others_theirs() -> None:
+    """The first copies are never placed where their parts are refused or their balance does not close."""
+    system = System(settings={"until": 1.2, "every": 0.3, "fine": False, "method": "rk4", "step": 0.07})
+    system.add(parts.RigidBody(motion="spin", inertia=1.0, axis=(0.0, 0.0, 1.0)), "wheel")
+    system.add(parts.JointSpring(a="ground", b="wheel", axis=(0.0, 0.0, 1.0)), "hinge")
+    system.add(parts.Motor(joint="hinge", torque=[[0.0, 0.0], [1.0, 10.0], [1.0, 0.0], [2.0, 0.0]]), "drive")
+    values = {"drive.efficiency": [0.5, 0.6, 1.0, 1.0]}
+    found = evolvent.simulate_many(system, values, ["drive.torque.max"], workers=1)
+    assert found["drive_torque_max"].values[2:].tolist() == pytest.approx([10.0, 10.0])
+
+
 def test_balance_of_a_copy_that_does_not_close_is_its_reason() -> None:
     """Copies are judged together without round-off; one that may not close is judged as a single run is."""
     system = body(method="rk4", step=0.01, until=5.0)

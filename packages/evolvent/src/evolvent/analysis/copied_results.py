@@ -67,7 +67,7 @@ class CopiedResults:
         self._is_local = is_local(copies.run.assembly, keep) and all(how for _, how in self._keep.values())
         self.which, self.values = np.zeros(0, dtype=np.int64), dict[tuple[int, tuple[str, ...]], Array]()
         self._balances = any(is_balance(copies.run.assembly, name) for name in keep)
-        self._is_of_states, self._proven = True, -1
+        self._is_of_states, self._proven, self._ended = True, -1, 0
         self._words = [*_words_of(copies)]
         self.model = copies.run.model.copy()
         needs.note_alike(copies.run.model, self.model)
@@ -77,10 +77,14 @@ class CopiedResults:
 
     @functools.cached_property
     def moves(self) -> Array:
-        """What moves from the first copy, which was placed, to the model, as of `evaluate_samples_of_copies`."""
-        first = self.copies.memory.views(self.copies.blocks[0])["model"]
-        found = np.array(self.model.moves(first), dtype=np.int64).reshape(-1, 3)
-        assert not np.any(found[:, 2] % WORD)
+        """What moves from the first copy to the model, as of `evaluate_samples_of_copies`.
+
+        By the place of one that has ended: others may never have been placed.
+        """
+        one = self.copies.memory.views(self.copies.blocks[self._ended])["model"]
+        found = np.array(self.model.moves(one), dtype=np.int64).reshape(-1, 3)
+        assert np.all(found[:, 1]) and not np.any(found[:, 2] % WORD)
+        found[:, 1] -= self._ended * self.copies.memory.size
         found[:, 2] //= WORD
         return found
 
@@ -92,8 +96,9 @@ class CopiedResults:
         dict
             By the number of the copy. The attributes have no statistics.
         """
-        if not self._is_local:
+        if not self._is_local or not which.size:
             return {}
+        self._ended = int(which[0])
         found, size = dict[int, Kept](), max(LEAST, MOST // self._at.size)
         for first in range(0, which.size, size):
             some = which[first : first + size]
