@@ -99,6 +99,51 @@ def test_a_peak_between_samples_is_that_of_the_closed_form(make: Callable[[], Bo
         assert coarse[name] == pytest.approx(fine[name], rel=1e-3, abs=1e-3 * of.peak)
 
 
+def driven(inertia: float = 1.0, **keys: Any) -> System:
+    """A wheel that a motor turns."""
+    system = System(settings={"until": 1.5, "every": 0.3, "fine": False})
+    system.add(parts.RigidBody(motion="spin", inertia=inertia, axis=(0.0, 0.0, 1.0)), "wheel")
+    system.add(parts.JointSpring(a="ground", b="wheel", axis=(0.0, 0.0, 1.0)), "hinge")
+    system.add(parts.Motor(joint="hinge", **keys), "drive")
+    return system
+
+
+RAMP = [[0.0, 0.0], [1.0, 10.0], [1.0, 0.0], [2.0, 0.0]]
+JUMPS = [{"torque": RAMP}, {"torque": [[0.0, 0.0], [2.0, 20.0]], "until": 1.0}]
+
+
+@pytest.mark.parametrize("keys", JUMPS, ids=["table", "until"])
+@pytest.mark.parametrize("method", METHODS[:3])
+def test_a_torque_that_ends_in_a_jump_reaches_its_largest_value_before(method: str, keys: dict[str, Any]) -> None:
+    step = {} if method == "dopri5" else {"step": 0.07}
+    system = driven(**keys)
+    found = system.simulate(method=method, keep=["drive.torque.max", "drive.torque.min"], **step)
+    assert found["drive.torque.max"] == pytest.approx(10.0, rel=1e-9)
+    assert found["drive.torque.min"] == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("method", ["dopri5", "rk4"])
+def test_a_torque_that_an_event_ends_reaches_its_largest_value_before(method: str) -> None:
+    """From rest t^3/6 of a torque t: at 0.05 rad it is 0.3^(1/3)."""
+    system = driven(torque=[[0.0, 0.0], [2.0, 2.0]], released_by="end")
+    system.add(parts.Event(law="turn - 0.05", variables={"turn": "wheel.angle"}), "end")
+    found = system.simulate(method=method, keep=["drive.torque.max"], **({} if method == "dopri5" else {"step": 0.07}))
+    assert found["drive.torque.max"] == pytest.approx(0.3 ** (1.0 / 3.0), rel=1e-6)
+
+
+@pytest.mark.parametrize("method", ["dopri5", "rk4"])
+def test_a_torque_before_a_jump_is_that_of_each_copy(method: str) -> None:
+    system = driven(inertia=1e6, voltage=RAMP, torque_constant=1.0, resistance=1.0)  # stands still
+    system.settings |= {"method": method, "until": 1.2} | ({} if method == "dopri5" else {"step": 0.07})
+    constants = np.linspace(0.5, 1.0, 8)
+    found = evolvent.simulate_many(system, {"drive.torque_constant": constants}, ["drive.torque.max"], workers=1)
+    for value, own in zip(constants.tolist(), found["drive_torque_max"].values.tolist(), strict=True):
+        one = system.with_values({"drive.torque_constant": value})
+        alone = one.simulate(keep=["drive.torque.max"])["drive.torque.max"]
+        assert np.float64(own).tobytes() == np.float64(alone).tobytes()
+        assert own == pytest.approx(10.0 * value, rel=1e-4)
+
+
 def test_all_that_reads_extremes_reads_those_over_all_steps(tmp_path: pathlib.Path) -> None:
     """Limits of a run, a run that is read again, variants, dispersions, and the table."""
     of = hinge()

@@ -1,6 +1,5 @@
 """Rows of a run's table: those of repeated parts in one, no round-off, and a line for every kind of event."""
 
-
 import numpy as np
 import pytest
 import xarray as xr
