@@ -6,11 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import evolvent
 from evolvent import System, parts
+from evolvent.analysis.copied_results import _bits
 from evolvent.analysis.many_runs import ManyRuns
-from evolvent.results.kept import stored_name
+from evolvent.results.kept import Kept, stored_name
 from evolvent_base.errors import RunFailed
 
 #: What is kept of the case, and whether it follows from the states of copies, so that many are evaluated at once.
@@ -85,6 +87,17 @@ def test_copies_that_have_failed_at_once_leave_the_others_theirs() -> None:
     values = {"drive.efficiency": [0.5, 0.6, 1.0, 1.0]}
     found = evolvent.simulate_many(system, values, ["drive.torque.max"], workers=1)
     assert found["drive_torque_max"].values[2:].tolist() == pytest.approx([10.0, 10.0])
+
+
+def test_extremes_of_which_one_is_not_known_equal_themselves() -> None:
+    """As of the least and the largest tension of a net: one of the two is NaN."""
+
+    def kept(largest: float) -> Kept:
+        attrs = {"units": "N", "extremes": np.array([np.nan, largest])}
+        return Kept(attrs={}, variables={"net.largest_tension": xr.Variable("time", [1.0, 2.0], attrs)})
+
+    assert _bits(kept(3.0)) == _bits(kept(3.0))
+    assert _bits(kept(3.0)) != _bits(kept(4.0))
 
 
 def test_balance_of_a_copy_that_does_not_close_is_its_reason() -> None:

@@ -83,7 +83,8 @@ class CopiedResults:
         """
         one = self.copies.memory.views(self.copies.blocks[self._ended])["model"]
         found = np.array(self.model.moves(one), dtype=np.int64).reshape(-1, 3)
-        assert np.all(found[:, 1]) and not np.any(found[:, 2] % WORD)
+        assert np.all(found[:, 1])
+        assert not np.any(found[:, 2] % WORD)
         found[:, 1] -= self._ended * self.copies.memory.size
         found[:, 2] //= WORD
         return found
@@ -222,7 +223,7 @@ class CopiedResults:
         kept: list[dict[str, xr.Variable]] = [{} for _ in range(count)]
         for wanted, (name, how) in self._keep.items():
             own = found.variables[name]
-            extremes = np.array(own.attrs[EXTREMES]) if EXTREMES in own.attrs else None
+            extremes = own.attrs.get(EXTREMES)
             said = {key: value for key, value in own.attrs.items() if key != EXTREMES}
             for k, variables in enumerate(kept):
                 over = None if extremes is None else extremes[..., k]
@@ -353,6 +354,14 @@ def _bits(kept: Kept, first: int = 0) -> list[Any]:
     """Names, dimensions, attributes and bits of what is kept, from one of the samples on."""
     timeless = {name: one for name, one in kept.coordinates.items() if name != "time"}
     return [
-        *((name, one.dims, one.attrs, one.values[first:].tobytes()) for name, one in kept.variables.items()),
-        *((name, one.dims, one.attrs, one.values.tobytes()) for name, one in timeless.items()),
+        *(
+            (name, one.dims, _comparable(one.attrs), one.values[first:].tobytes())
+            for name, one in kept.variables.items()
+        ),
+        *((name, one.dims, _comparable(one.attrs), one.values.tobytes()) for name, one in timeless.items()),
     ]
+
+
+def _comparable(attrs: Mapping[Any, Any]) -> dict[Any, Any]:
+    """Attributes with bytes in the place of arrays, of which a number that is none equals itself."""
+    return {key: value.tobytes() if isinstance(value, np.ndarray) else value for key, value in attrs.items()}

@@ -409,7 +409,7 @@ def _of_part(view: View, name: str, reduction: str, seen: dict[str, Observed], s
         values, attrs = reduced_values(values, attrs, reduction, name, t, found.extremes)
         dims = dims[1:]
     elif timed and view.is_of_copies and found.extremes is not None:
-        attrs[EXTREMES] = found.extremes.tolist()
+        attrs[EXTREMES] = found.extremes
     new = {dim: _dimension(part, dim) for dim in dims}
     along = {}
     for dim in dims:
