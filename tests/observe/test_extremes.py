@@ -144,6 +144,22 @@ def test_a_torque_before_a_jump_is_that_of_each_copy(method: str) -> None:
         assert own == pytest.approx(10.0 * value, rel=1e-4)
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_a_peak_at_the_start_is_that_of_a_latch_that_has_locked_before(method: str) -> None:
+    """A damped latch of a turning body: c w at the start, from where it falls."""
+    system = System(settings={"until": 1.0, "every": 0.3, "fine": False, "method": method})
+    system.settings |= {} if method == "dopri5" else {"step": 0.02}
+    turning = {"motion": "spin", "inertia": 1.0, "axis": (0.0, 0.0, 1.0), "rate": 1.0}
+    system.add(parts.RigidBody(**turning), "wheel")
+    latch = {"start": 0.0, "latch": 0.0, "latch_stiffness": 1.0, "latch_damping": 2.0}
+    system.add(parts.JointSpring(a="ground", b="wheel", axis=(0.0, 0.0, 1.0), **latch), "part")
+    run = system.simulate()["part"]
+    assert run.latch_torque.values[0] == pytest.approx(-2.0) or run.latch_torque.values[0] == pytest.approx(2.0)
+    assert run.latch_torque_peak.values[-1] == pytest.approx(2.0, rel=1e-9)
+    kept = system.simulate(keep=["part.latch_torque_peak.last", "part.latch_torque.abs_max"])
+    assert list(kept.values()) == pytest.approx([2.0, 2.0], rel=1e-9)
+
+
 def test_all_that_reads_extremes_reads_those_over_all_steps(tmp_path: pathlib.Path) -> None:
     """Limits of a run, a run that is read again, variants, dispersions, and the table."""
     of = hinge()
