@@ -115,9 +115,8 @@ JUMPS = [{"torque": RAMP}, {"torque": [[0.0, 0.0], [2.0, 20.0]], "until": 1.0}]
 @pytest.mark.parametrize("keys", JUMPS, ids=["table", "until"])
 @pytest.mark.parametrize("method", METHODS[:3])
 def test_a_torque_that_ends_in_a_jump_reaches_its_largest_value_before(method: str, keys: dict[str, Any]) -> None:
-    step = {} if method == "dopri5" else {"step": 0.07}
-    system = driven(**keys)
-    found = system.simulate(method=method, keep=["drive.torque.max", "drive.torque.min"], **step)
+    settings: dict[str, Any] = {"method": method} | ({} if method == "dopri5" else {"step": 0.07})
+    found = driven(**keys).simulate(keep=["drive.torque.max", "drive.torque.min"], **settings)
     assert found["drive.torque.max"] == pytest.approx(10.0, rel=1e-9)
     assert found["drive.torque.min"] == pytest.approx(0.0, abs=1e-12)
 
@@ -127,7 +126,8 @@ def test_a_torque_that_an_event_ends_reaches_its_largest_value_before(method: st
     """From rest t^3/6 of a torque t: at 0.05 rad it is 0.3^(1/3)."""
     system = driven(torque=[[0.0, 0.0], [2.0, 2.0]], released_by="end")
     system.add(parts.Event(law="turn - 0.05", variables={"turn": "wheel.angle"}), "end")
-    found = system.simulate(method=method, keep=["drive.torque.max"], **({} if method == "dopri5" else {"step": 0.07}))
+    settings: dict[str, Any] = {"method": method} | ({} if method == "dopri5" else {"step": 0.07})
+    found = system.simulate(keep=["drive.torque.max"], **settings)
     assert found["drive.torque.max"] == pytest.approx(0.3 ** (1.0 / 3.0), rel=1e-6)
 
 
@@ -136,7 +136,9 @@ def test_a_torque_before_a_jump_is_that_of_each_copy(method: str) -> None:
     system = driven(inertia=1e6, voltage=RAMP, torque_constant=1.0, resistance=1.0)  # stands still
     system.settings |= {"method": method, "until": 1.2} | ({} if method == "dopri5" else {"step": 0.07})
     constants = np.linspace(0.5, 1.0, 8)
-    found = evolvent.simulate_many(system, {"drive.torque_constant": constants}, ["drive.torque.max"], workers=1)
+    found = evolvent.simulate_many(
+        system, {"drive.torque_constant": constants.tolist()}, ["drive.torque.max"], workers=1
+    )
     for value, own in zip(constants.tolist(), found["drive_torque_max"].values.tolist(), strict=True):
         one = system.with_values({"drive.torque_constant": value})
         alone = one.simulate(keep=["drive.torque.max"])["drive.torque.max"]
@@ -185,8 +187,43 @@ def test_all_that_reads_extremes_reads_those_over_all_steps(tmp_path: pathlib.Pa
 def test_extremes_along_a_part_are_those_of_its_entries() -> None:
     """Of the cords of a net each its own; of all the largest tension."""
     found = Variable(("time", "cord"), np.zeros((3, 2)), "N", "tension", np.array([[-1.0, -2.0], [1.0, 5.0]]))
-    assert found.isel({"cord": 1}).extremes.tolist() == [-2.0, 5.0]
+    assert np.array_equal(found.isel({"cord": 1}).extremes, [-2.0, 5.0])  # type: ignore[arg-type]
     assert found.isel({"time": [0]}).extremes is found.extremes
     tree = xr.DataTree(children={"net": xr.DataTree(xr.Dataset({"tension": (found.dims, found.values)}))})
-    tree["net"].tension.attrs["extremes"] = found.extremes.ravel()
-    assert variables.extremes_of(variables.get(tree, "net[1].tension")).tolist() == [-2.0, 5.0]
+    assert found.extremes is not None
+    tree["net"].tension.attrs |= variables.with_extremes(tree["net"].tension, found.extremes).attrs
+    own = variables.extremes_of(variables.get(tree, "net[1].tension"))
+    assert own is not None
+    assert own.tolist() == [-2.0, 5.0]
+
+
+def test_extremes_are_those_of_their_variable_alone() -> None:
+    """Not of some of its samples, nor of what is computed from it; of a run without fine samples they still are."""
+    torque = driven(torque=RAMP).simulate(method="dopri5")["drive"].torque
+    extremes = variables.extremes_of(torque)
+    assert extremes is not None
+    assert extremes.tolist() == pytest.approx([0.0, 10.0])
+    with xr.set_options(keep_attrs=True):
+        others = [torque.isel(time=slice(0, 2)), 2.0 * torque, -torque, torque + 1.0, torque.cumsum("time")]
+    assert [variables.extremes_of(one) for one in others] == [None] * 5
+    kept = reduced(others[0].variable, "max", "drive.torque", others[0].time.values)
+    assert float(kept) == pytest.approx(3.0)
+    for same in (torque[::-1], torque.astype("float32"), torque.copy()):
+        assert variables.extremes_of(same) is not None
+
+
+def test_extremes_stay_where_fine_samples_are_left_out() -> None:
+    system = driven(torque=[[0.0, 0.0], [0.7, 0.0], [0.75, 50.0], [0.8, 0.0], [2.0, 0.0]])
+    system.settings |= {"fine": True, "method": "dopri5", "every": 0.1}
+    run = system.simulate()
+    regular = evolvent.results.regular(run)
+    found = [variables.extremes_of(one["drive"].torque) for one in (run, regular)]
+    assert run.sizes["time"] > regular.sizes["time"] == 16
+    assert found[1] is not None
+    assert found[0] is not None
+    assert found[1].tolist() == found[0].tolist()
+    angle = variables.extremes_of(regular["hinge"].angle)
+    shown = variables.extremes_of(evolvent.results.display.shown(regular["hinge"].angle))
+    assert angle is not None
+    assert shown is not None
+    assert shown.tolist() == pytest.approx(np.degrees(angle).tolist())
