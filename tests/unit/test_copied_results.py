@@ -100,6 +100,25 @@ def test_extremes_of_which_one_is_not_known_equal_themselves() -> None:
     assert _bits(kept(3.0)) != _bits(kept(4.0))
 
 
+@pytest.mark.parametrize("name", ["net.largest_tension.max", "net.least_tension.min", "net.surface_error.last"])
+def test_kept_of_nets_of_copies_is_that_of_single_runs(name: str) -> None:
+    """Of a net at which masses pull; of its largest tension the least one is not known."""
+    system = System(settings={"until": 0.02, "every": 0.01, "fine": False, "method": "rk4", "step": 1e-4})
+    net: dict[str, Any] = {"surface": {"paraboloid": {"focal_length": 7.8, "diameter": 10.0}}, "node_mass": 0.01}
+    net |= {"topology": {"rings": {"rings": 2}}, "force_density": 10.0, "stiffness": 2e4}
+    system.add(parts.Net(**net, ties={"anchors": {"length": 0.5, "stiffness": 5e3}}), "net")
+    system.add(parts.Point(mass=1.0, position=(0.0, 0.0, -1.0), velocity=(0.0, 0.0, -1.0)), "bob")
+    system.add(parts.Spring(a="net[0]", b="bob", stiffness=1e3, slack=True), "string")
+    points = [{"bob.mass": mass} for mass in (0.5, 1.0, 1.5)]
+    runs = ManyRuns(system, [name], system._run_settings({}))
+    found = list(runs.kept(points, None))
+    assert runs._own()[2]._is_local
+    assert runs._own()[2]._is_of_states
+    for point, one in zip(points, found, strict=True):
+        assert one is not None
+        assert one[name] == system.with_values(point).simulate(keep=[name])[name]
+
+
 def test_balance_of_a_copy_that_does_not_close_is_its_reason() -> None:
     """Copies are judged together without round-off; one that may not close is judged as a single run is."""
     system = body(method="rk4", step=0.01, until=5.0)
