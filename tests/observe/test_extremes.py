@@ -99,6 +99,69 @@ def test_a_peak_between_samples_is_that_of_the_closed_form(make: Callable[[], Bo
         assert coarse[name] == pytest.approx(fine[name], rel=1e-3, abs=1e-3 * of.peak)
 
 
+def driven(inertia: float = 1.0, **keys: Any) -> System:
+    """A wheel that a motor turns."""
+    system = System(settings={"until": 1.5, "every": 0.3, "fine": False})
+    system.add(parts.RigidBody(motion="spin", inertia=inertia, axis=(0.0, 0.0, 1.0)), "wheel")
+    system.add(parts.JointSpring(a="ground", b="wheel", axis=(0.0, 0.0, 1.0)), "hinge")
+    system.add(parts.Motor(joint="hinge", **keys), "drive")
+    return system
+
+
+RAMP = [[0.0, 0.0], [1.0, 10.0], [1.0, 0.0], [2.0, 0.0]]
+JUMPS = [{"torque": RAMP}, {"torque": [[0.0, 0.0], [2.0, 20.0]], "until": 1.0}]
+
+
+@pytest.mark.parametrize("keys", JUMPS, ids=["table", "until"])
+@pytest.mark.parametrize("method", METHODS[:3])
+def test_a_torque_that_ends_in_a_jump_reaches_its_largest_value_before(method: str, keys: dict[str, Any]) -> None:
+    settings: dict[str, Any] = {"method": method} | ({} if method == "dopri5" else {"step": 0.07})
+    found = driven(**keys).simulate(keep=["drive.torque.max", "drive.torque.min"], **settings)
+    assert found["drive.torque.max"] == pytest.approx(10.0, rel=1e-9)
+    assert found["drive.torque.min"] == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("method", ["dopri5", "rk4"])
+def test_a_torque_that_an_event_ends_reaches_its_largest_value_before(method: str) -> None:
+    """From rest t^3/6 of a torque t: at 0.05 rad it is 0.3^(1/3)."""
+    system = driven(torque=[[0.0, 0.0], [2.0, 2.0]], released_by="end")
+    system.add(parts.Event(law="turn - 0.05", variables={"turn": "wheel.angle"}), "end")
+    settings: dict[str, Any] = {"method": method} | ({} if method == "dopri5" else {"step": 0.07})
+    found = system.simulate(keep=["drive.torque.max"], **settings)
+    assert found["drive.torque.max"] == pytest.approx(0.3 ** (1.0 / 3.0), rel=1e-6)
+
+
+@pytest.mark.parametrize("method", ["dopri5", "rk4"])
+def test_a_torque_before_a_jump_is_that_of_each_copy(method: str) -> None:
+    system = driven(inertia=1e6, voltage=RAMP, torque_constant=1.0, resistance=1.0)  # stands still
+    system.settings |= {"method": method, "until": 1.2} | ({} if method == "dopri5" else {"step": 0.07})
+    constants = np.linspace(0.5, 1.0, 8)
+    found = evolvent.simulate_many(
+        system, {"drive.torque_constant": constants.tolist()}, ["drive.torque.max"], workers=1
+    )
+    for value, own in zip(constants.tolist(), found["drive_torque_max"].values.tolist(), strict=True):
+        one = system.with_values({"drive.torque_constant": value})
+        alone = one.simulate(keep=["drive.torque.max"])["drive.torque.max"]
+        assert np.float64(own).tobytes() == np.float64(alone).tobytes()
+        assert own == pytest.approx(10.0 * value, rel=1e-4)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_peak_at_the_start_is_that_of_a_latch_that_has_locked_before(method: str) -> None:
+    """A damped latch of a turning body: c w at the start, from where it falls."""
+    system = System(settings={"until": 1.0, "every": 0.3, "fine": False, "method": method})
+    system.settings |= {} if method == "dopri5" else {"step": 0.02}
+    turning = {"motion": "spin", "inertia": 1.0, "axis": (0.0, 0.0, 1.0), "rate": 1.0}
+    system.add(parts.RigidBody(**turning), "wheel")
+    latch = {"start": 0.0, "latch": 0.0, "latch_stiffness": 1.0, "latch_damping": 2.0}
+    system.add(parts.JointSpring(a="ground", b="wheel", axis=(0.0, 0.0, 1.0), **latch), "part")
+    run = system.simulate()["part"]
+    assert run.latch_torque.values[0] == pytest.approx(-2.0) or run.latch_torque.values[0] == pytest.approx(2.0)
+    assert run.latch_torque_peak.values[-1] == pytest.approx(2.0, rel=1e-9)
+    kept = system.simulate(keep=["part.latch_torque_peak.last", "part.latch_torque.abs_max"])
+    assert list(kept.values()) == pytest.approx([2.0, 2.0], rel=1e-9)
+
+
 def test_limits_studies_and_files_use_extremes_over_all_steps(tmp_path: pathlib.Path) -> None:
     """Limits of a run, kept values, a run that is read from a file, and variants."""
     of = hinge()
@@ -124,8 +187,43 @@ def test_limits_studies_and_files_use_extremes_over_all_steps(tmp_path: pathlib.
 def test_extremes_along_a_part_are_those_of_its_entries() -> None:
     """The extremes of one cord of a net are those of its own entry."""
     found = Variable(("time", "cord"), np.zeros((3, 2)), "N", "tension", np.array([[-1.0, -2.0], [1.0, 5.0]]))
-    assert found.isel({"cord": 1}).extremes.tolist() == [-2.0, 5.0]
+    assert np.array_equal(found.isel({"cord": 1}).extremes, [-2.0, 5.0])  # type: ignore[arg-type]
     assert found.isel({"time": [0]}).extremes is found.extremes
     tree = xr.DataTree(children={"net": xr.DataTree(xr.Dataset({"tension": (found.dims, found.values)}))})
-    tree["net"].tension.attrs["extremes"] = found.extremes.ravel()
-    assert variables.extremes_of(variables.get(tree, "net[1].tension")).tolist() == [-2.0, 5.0]
+    assert found.extremes is not None
+    tree["net"].tension.attrs |= variables.with_extremes(tree["net"].tension, found.extremes).attrs
+    own = variables.extremes_of(variables.get(tree, "net[1].tension"))
+    assert own is not None
+    assert own.tolist() == [-2.0, 5.0]
+
+
+def test_extremes_are_those_of_their_variable_alone() -> None:
+    """Not of some of its samples, nor of what is computed from it; of a run without fine samples they still are."""
+    torque = driven(torque=RAMP).simulate(method="dopri5")["drive"].torque
+    extremes = variables.extremes_of(torque)
+    assert extremes is not None
+    assert extremes.tolist() == pytest.approx([0.0, 10.0])
+    with xr.set_options(keep_attrs=True):
+        others = [torque.isel(time=slice(0, 2)), 2.0 * torque, -torque, torque + 1.0, torque.cumsum("time")]
+    assert [variables.extremes_of(one) for one in others] == [None] * 5
+    kept = reduced(others[0].variable, "max", "drive.torque", others[0].time.values)
+    assert float(kept) == pytest.approx(3.0)
+    for same in (torque[::-1], torque.astype("float32"), torque.copy()):
+        assert variables.extremes_of(same) is not None
+
+
+def test_extremes_stay_where_fine_samples_are_left_out() -> None:
+    system = driven(torque=[[0.0, 0.0], [0.7, 0.0], [0.75, 50.0], [0.8, 0.0], [2.0, 0.0]])
+    system.settings |= {"fine": True, "method": "dopri5", "every": 0.1}
+    run = system.simulate()
+    regular = evolvent.results.regular(run)
+    found = [variables.extremes_of(one["drive"].torque) for one in (run, regular)]
+    assert run.sizes["time"] > regular.sizes["time"] == 16
+    assert found[1] is not None
+    assert found[0] is not None
+    assert found[1].tolist() == found[0].tolist()
+    angle = variables.extremes_of(regular["hinge"].angle)
+    shown = variables.extremes_of(evolvent.results.display.shown(regular["hinge"].angle))
+    assert angle is not None
+    assert shown is not None
+    assert shown.tolist() == pytest.approx(np.degrees(angle).tolist())

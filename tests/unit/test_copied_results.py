@@ -6,11 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import evolvent
 from evolvent import System, parts
+from evolvent.analysis.copied_results import _bits
 from evolvent.analysis.many_runs import ManyRuns
-from evolvent.results.kept import stored_name
+from evolvent.results.kept import Kept, stored_name
 from evolvent_base.errors import RunFailed
 
 #: Kept values of the case, and whether they depend on the states alone, so that copies are evaluated together.
@@ -74,6 +76,47 @@ def test_extremes_of_copies_are_those_of_all_their_steps(method: str) -> None:
         alone = system.with_values({"spring.stiffness": value}).simulate(keep=[name])[name]
         assert np.float64(own).tobytes() == np.float64(alone).tobytes()
     assert found[np.abs(stiffness - 100.0).argmin()] < samples.min() - 0.01
+
+
+def test_copies_that_have_failed_at_once_leave_the_others_theirs() -> None:
+    """The first copies are never placed where their parts are refused or their balance does not close."""
+    system = System(settings={"until": 1.2, "every": 0.3, "fine": False, "method": "rk4", "step": 0.07})
+    system.add(parts.RigidBody(motion="spin", inertia=1.0, axis=(0.0, 0.0, 1.0)), "wheel")
+    system.add(parts.JointSpring(a="ground", b="wheel", axis=(0.0, 0.0, 1.0)), "hinge")
+    system.add(parts.Motor(joint="hinge", torque=[[0.0, 0.0], [1.0, 10.0], [1.0, 0.0], [2.0, 0.0]]), "drive")
+    values = {"drive.efficiency": [0.5, 0.6, 1.0, 1.0]}
+    found = evolvent.simulate_many(system, values, ["drive.torque.max"], workers=1)
+    assert found["drive_torque_max"].values[2:].tolist() == pytest.approx([10.0, 10.0])
+
+
+def test_extremes_of_which_one_is_not_known_equal_themselves() -> None:
+    """As of the least and the largest tension of a net: one of the two is NaN."""
+
+    def kept(largest: float) -> Kept:
+        attrs = {"units": "N", "extremes": np.array([np.nan, largest])}
+        return Kept(attrs={}, variables={"net.largest_tension": xr.Variable("time", [1.0, 2.0], attrs)})
+
+    assert _bits(kept(3.0)) == _bits(kept(3.0))
+    assert _bits(kept(3.0)) != _bits(kept(4.0))
+
+
+@pytest.mark.parametrize("name", ["net.largest_tension.max", "net.least_tension.min", "net.surface_error.last"])
+def test_kept_of_nets_of_copies_is_that_of_single_runs(name: str) -> None:
+    """Of a net at which masses pull; of its largest tension the least one is not known."""
+    system = System(settings={"until": 0.02, "every": 0.01, "fine": False, "method": "rk4", "step": 1e-4})
+    net: dict[str, Any] = {"surface": {"paraboloid": {"focal_length": 7.8, "diameter": 10.0}}, "node_mass": 0.01}
+    net |= {"topology": {"rings": {"rings": 2}}, "force_density": 10.0, "stiffness": 2e4}
+    system.add(parts.Net(**net, ties={"anchors": {"length": 0.5, "stiffness": 5e3}}), "net")
+    system.add(parts.Point(mass=1.0, position=(0.0, 0.0, -1.0), velocity=(0.0, 0.0, -1.0)), "bob")
+    system.add(parts.Spring(a="net[0]", b="bob", stiffness=1e3, slack=True), "string")
+    points = [{"bob.mass": mass} for mass in (0.5, 1.0, 1.5)]
+    runs = ManyRuns(system, [name], system._run_settings({}))
+    found = list(runs.kept(points, None))
+    assert runs._own()[2]._is_local
+    assert runs._own()[2]._is_of_states
+    for point, one in zip(points, found, strict=True):
+        assert one is not None
+        assert one[name] == system.with_values(point).simulate(keep=[name])[name]
 
 
 def test_a_copy_whose_balance_does_not_close_fails_as_a_single_run_does() -> None:

@@ -68,7 +68,7 @@ class CopiedResults:
         self._is_local = is_local(copies.run.assembly, keep) and all(how for _, how in self._keep.values())
         self.which, self.values = np.zeros(0, dtype=np.int64), dict[tuple[int, tuple[str, ...]], Array]()
         self._balances = any(is_balance(copies.run.assembly, name) for name in keep)
-        self._is_of_states, self._proven = True, -1
+        self._is_of_states, self._proven, self._ended = True, -1, 0
         self._words = [*_words_of(copies)]
         self.model = copies.run.model.copy()
         needs.note_alike(copies.run.model, self.model)
@@ -78,10 +78,15 @@ class CopiedResults:
 
     @functools.cached_property
     def moves(self) -> Array:
-        """Memory that is copied from copy 0 to `model`, (n, 3) int, as of `evaluate_samples_of_copies`."""
-        first = self.copies.memory.views(self.copies.blocks[0])["model"]
-        found = np.array(self.model.moves(first), dtype=np.int64).reshape(-1, 3)
+        """Memory that is copied from a copy to `model`, (n, 3) int, as of `evaluate_samples_of_copies`.
+
+        Its places are taken from a copy that has ended, since others may not have been placed.
+        """
+        one = self.copies.memory.views(self.copies.blocks[self._ended])["model"]
+        found = np.array(self.model.moves(one), dtype=np.int64).reshape(-1, 3)
+        assert np.all(found[:, 1])
         assert not np.any(found[:, 2] % WORD)
+        found[:, 1] -= self._ended * self.copies.memory.size
         found[:, 2] //= WORD
         return found
 
@@ -98,8 +103,9 @@ class CopiedResults:
             Kept values by number of the copy, without statistics. Copies that are missing must be evaluated by the
             caller.
         """
-        if not self._is_local:
+        if not self._is_local or not which.size:
             return {}
+        self._ended = int(which[0])
         found, size = dict[int, Kept](), max(LEAST_COPIES, MOST_SAMPLES // self._at.size)
         for first in range(0, which.size, size):
             some = which[first : first + size]
@@ -225,7 +231,7 @@ class CopiedResults:
         kept: list[dict[str, xr.Variable]] = [{} for _ in range(count)]
         for wanted, (name, how) in self._keep.items():
             own = found.variables[name]
-            extremes = np.array(own.attrs[EXTREMES]) if EXTREMES in own.attrs else None
+            extremes = own.attrs.get(EXTREMES)
             attrs_of_all = {key: value for key, value in own.attrs.items() if key != EXTREMES}
             for k, variables in enumerate(kept):
                 over = None if extremes is None else extremes[..., k]
@@ -358,6 +364,14 @@ def _bits(kept: Kept, first: int = 0) -> list[Any]:
     """Names, dimensions, attributes and bits of variables, from sample `first` on."""
     timeless = {name: one for name, one in kept.coordinates.items() if name != "time"}
     return [
-        *((name, one.dims, one.attrs, one.values[first:].tobytes()) for name, one in kept.variables.items()),
-        *((name, one.dims, one.attrs, one.values.tobytes()) for name, one in timeless.items()),
+        *(
+            (name, one.dims, _comparable(one.attrs), one.values[first:].tobytes())
+            for name, one in kept.variables.items()
+        ),
+        *((name, one.dims, _comparable(one.attrs), one.values.tobytes()) for name, one in timeless.items()),
     ]
+
+
+def _comparable(attrs: Mapping[Any, Any]) -> dict[Any, Any]:
+    """Attributes with bytes in the place of arrays, of which a number that is none equals itself."""
+    return {key: value.tobytes() if isinstance(value, np.ndarray) else value for key, value in attrs.items()}

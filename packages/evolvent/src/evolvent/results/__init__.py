@@ -19,7 +19,7 @@ import numpy as np
 import xarray as xr
 
 from evolvent import cases
-from evolvent.results import limits as limits, netcdf
+from evolvent.results import limits as limits, netcdf, variables
 from evolvent.results.fine_samples import MARK
 from evolvent_base import __version__, safe_open
 from evolvent_base.errors import HIDDEN, InputError
@@ -86,11 +86,11 @@ def regular(run: Any) -> Any:
         return run
     samples = regular_samples(run)
     if not isinstance(run, xr.DataTree):
-        return run.isel(time=samples).drop_vars(MARK)
+        return variables.at_samples(run, samples).drop_vars(MARK)
     groups = {name: group.to_dataset(inherit=False) for name, group in run.children.items()}
     return xr.DataTree(
-        run.to_dataset().isel(time=samples).drop_vars(MARK),
-        children={name: xr.DataTree(group.isel(time=samples, missing_dims="ignore")) for name, group in groups.items()},
+        variables.at_samples(run.to_dataset(), samples).drop_vars(MARK),
+        children={name: xr.DataTree(variables.at_samples(group, samples)) for name, group in groups.items()},
     )
 
 

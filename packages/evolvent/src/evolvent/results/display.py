@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 
-import numpy as np
 import xarray as xr
 
-from evolvent.model.family import EXTREMES
+from evolvent.results import variables
 from evolvent_base.errors import InputError, nearest
 
 _DEG, _RPM = 180.0 / math.pi, 30.0 / math.pi
@@ -74,5 +73,6 @@ def shown(found: xr.DataArray, units: str | None = None) -> xr.DataArray:
     factor, name = shown_unit(unit, written(found) if units is None else units)
     if name == unit:
         return found
-    own = {EXTREMES: factor * np.asarray(found.attrs[EXTREMES])} if EXTREMES in found.attrs else {}
-    return found.copy(data=factor * found.values).assign_attrs(own, units=name)
+    extremes = variables.extremes_of(found)
+    own = found.copy(data=factor * found.values).assign_attrs(units=name)
+    return variables.without_extremes(own) if extremes is None else variables.with_extremes(own, factor * extremes)

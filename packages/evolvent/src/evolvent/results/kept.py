@@ -404,12 +404,12 @@ def _of_part(view: View, name: str, reduction: str, seen: dict[str, Observed], s
         found, t = found.isel({"time": samples}), t[samples]
     dims, values = found.dims, found.values
     text = f"{name}: {found.long_name}" if found.long_name else name
-    attrs = {"units": found.units, "long_name": text}
+    attrs: dict[Any, Any] = {"units": found.units, "long_name": text}
     if timed and reduction:
         values, attrs = reduced_values(values, attrs, reduction, name, t, found.extremes)
         dims = dims[1:]
     elif timed and view.is_of_copies and found.extremes is not None:
-        attrs[EXTREMES] = found.extremes.tolist()
+        attrs[EXTREMES] = found.extremes
     new = {dim: _dimension(part, dim) for dim in dims}
     along = {}
     for dim in dims:

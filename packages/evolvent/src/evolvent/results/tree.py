@@ -19,8 +19,7 @@ import numpy as np
 import xarray as xr
 
 from evolvent import results
-from evolvent.model.family import EXTREMES
-from evolvent.results import display
+from evolvent.results import display, variables
 from evolvent.results.happened import EVENTS, events_text
 from evolvent.results.observe import has_results, observe
 from evolvent.results.observe.variables import AXES, Variable
@@ -170,10 +169,10 @@ def _attach(tree: xr.DataTree, groups: dict[str, xr.DataTree]) -> None:
         group._name, group._parent = name, tree
 
 
-def _attributes(found: Variable, written: Collection[str]) -> dict[str, Any]:
-    """Attributes of a variable, with its extremes over all steps if these are known."""
-    own: dict[str, Any] = dict(display.attributes(found.units, found.long_name, written))
-    return own if found.extremes is None else own | {EXTREMES: np.ravel(found.extremes)}
+def _variable(found: Variable, written: Collection[str]) -> xr.Variable:
+    """A variable with its attributes, and its extremes over all steps if these are known."""
+    own = xr.Variable(found.dims, found.values, display.attributes(found.units, found.long_name, written))
+    return own if found.extremes is None else variables.with_extremes(own, found.extremes)
 
 
 def _group(solution: Solution, name: str) -> xr.Dataset:
@@ -189,11 +188,10 @@ def _group(solution: Solution, name: str) -> xr.Dataset:
         **({EVENTS: events_text(found.happened, name)} if found.happened else {}),
     }
     written = units_as_written(part)
-    variables, coordinates = (
-        {key: xr.Variable(v.dims, v.values, _attributes(v, written)) for key, v in of.items()}
-        for of in (found.variables, found.coordinates)
+    own, coordinates = (
+        {key: _variable(v, written) for key, v in of.items()} for of in (found.variables, found.coordinates)
     )
-    dataset = xr.Dataset(variables, coordinates, attrs)
+    dataset = xr.Dataset(own, coordinates, attrs)
     dataset.attrs["variables"] = results.variables_of(dataset)
     return dataset
 

@@ -26,6 +26,10 @@ SHARED = ("time", "axis", "quaternion")
 #: Values with dimensions: of a data set, alone, or of a part.
 Values = TypeVar("Values", xr.DataArray, xr.Variable, Variable)
 _AXES = {"axis": "xyz", "quaternion": "wxyz"}
+#: Attribute beside `EXTREMES` with the samples that they belong to: how many, and the least and largest of each entry.
+OF_SAMPLES = "extremes_of_samples"
+#: Share within which these are the same, of a file in single precision as well.
+_SAME = 1e-6
 #: What stands in place of a component for the length of a vector.
 MAGNITUDE = "magnitude"
 
@@ -146,25 +150,56 @@ def _isel(found: Values, chosen: Mapping[Hashable, int]) -> Values:
     if isinstance(found, Variable) or (extremes := extremes_of(found)) is None:
         return own
     at: list[Any] = [chosen.get(dim, slice(None)) for dim in found.dims if dim != "time"]
-    return own.assign_attrs({EXTREMES: np.ravel(extremes[:, *at])}) if isinstance(own, xr.DataArray) else own
+    return with_extremes(own, extremes[:, *at])
 
 
 def extremes_of(found: xr.DataArray | xr.Variable | Variable) -> np.ndarray | None:
     """Least and largest values over all steps of a variable, (2, ...), with its dimensions other than time.
 
-    None if they are not known.
+    None if they are not known, as of a part of the samples, or of what is computed from the variable.
     """
     if isinstance(found, Variable):
         return found.extremes
+    if "time" not in found.dims or not {EXTREMES, OF_SAMPLES} <= found.attrs.keys():
+        return None
+    noted, samples = (np.asarray(found.attrs[key]) for key in (EXTREMES, OF_SAMPLES))
     shape = tuple(size for dim, size in found.sizes.items() if dim != "time")
-    noted = found.attrs.get(EXTREMES)
-    return None if noted is None or np.size(noted) != 2 * math.prod(shape) else np.reshape(noted, (2, *shape))
+    count = 2 * math.prod(shape)
+    if {noted.dtype.kind, samples.dtype.kind} - {"f", "i"} or (noted.size, samples.size) != (count, count + 1):
+        return None
+    same = np.allclose(samples, _samples_of(found), rtol=_SAME, atol=0.0, equal_nan=True)
+    return np.reshape(noted, (2, *shape)) if same else None
+
+
+def _samples_of(found: xr.DataArray | xr.Variable) -> np.ndarray:
+    """`OF_SAMPLES` of a variable over time."""
+    own = found.transpose("time", ...).values
+    if not len(own):
+        return np.zeros(1)
+    least, largest = np.fmin.reduce(own, axis=0), np.fmax.reduce(own, axis=0)
+    return np.concatenate([[len(own)], np.ravel(least), np.ravel(largest)])
+
+
+def with_extremes(found: Values, extremes: np.ndarray) -> Values:
+    """A variable over time with its least and largest values over all steps, as of `extremes_of`."""
+    if isinstance(found, Variable):
+        return found._replace(extremes=extremes)
+    found = found.copy(deep=False)
+    found.attrs = {**found.attrs, EXTREMES: np.ravel(extremes), OF_SAMPLES: _samples_of(found)}
+    return found
+
+
+def at_samples(of: xr.Dataset, samples: np.ndarray) -> xr.Dataset:
+    """Variables at some of their samples, whose extremes are still those over all steps."""
+    found = of.isel(time=samples, missing_dims="ignore")
+    noted = ((name, extremes_of(values)) for name, values in of.data_vars.items())
+    return found.assign({name: with_extremes(found[name], own) for name, own in noted if own is not None})
 
 
 def without_extremes(found: Values) -> Values:
     """A variable without the attribute `extremes`, which does not hold after an operation on it."""
     if not isinstance(found, Variable) and EXTREMES in found.attrs:
-        found.attrs = {name: value for name, value in found.attrs.items() if name != EXTREMES}
+        found.attrs = {name: value for name, value in found.attrs.items() if name not in (EXTREMES, OF_SAMPLES)}
     return found
 
 

@@ -6,6 +6,7 @@ import dataclasses
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,6 +21,30 @@ _ALIKE, _CURVES = 1e-3, 6
 NUMBERED = re.compile(r"(.*?)(\d+)(\D*)")
 #: Most names, or ranges of numbers, that are listed in full.
 _LISTED = 4
+#: Share of a peak within which it is reached, and below which a sample says nothing of when it was.
+_REACHED, _FAR = 1e-6, 0.5
+
+
+class Peak(NamedTuple):
+    """Largest magnitude of values over time.
+
+    Attributes
+    ----------
+    k : int, sample at which it is first reached, but for round-off, or the largest one of its sign
+    value : float
+    between : bool, whether it is that of a step between samples, above those
+    near : bool, whether the time of the sample says when it was
+    """
+
+    k: int
+    value: float
+    between: bool
+    near: bool
+
+    @property
+    def when(self) -> str:
+        """The word before its time; '' where that is not known."""
+        return ("near" if self.between else "at") if self.near else ""
 
 
 def listed(names: Sequence[str]) -> str:
@@ -49,6 +74,29 @@ def largest_of(values: np.ndarray) -> float:
     """Largest magnitude among finite values; 0 without one."""
     finite = np.abs(values[np.isfinite(values)])
     return float(finite.max(initial=0.0))
+
+
+def first_peak(sizes: np.ndarray) -> int:
+    """Sample at which the largest of values (nt,) is first reached, but for round-off."""
+    most = np.nanmax(sizes)
+    return int(np.argmax(sizes >= most - _REACHED * abs(most)))
+
+
+def peak_over_time(values: np.ndarray, extremes: np.ndarray | None) -> Peak:
+    """Largest magnitude of samples and of the steps between them.
+
+    Parameters
+    ----------
+    values : (nt,) float
+    extremes : (2, ...) float, least and largest values over all steps, NaN of what is not known; None without any
+    """
+    k = first_peak(np.abs(values))
+    known = np.append(values[k], [] if extremes is None else extremes[np.isfinite(extremes)])
+    largest = float(known[np.argmax(np.abs(known))])
+    if abs(largest) <= (1.0 + _REACHED) * abs(values[k]):
+        return Peak(k, float(values[k]), between=False, near=True)
+    k = first_peak(np.copysign(1.0, largest) * values)
+    return Peak(k, largest, between=True, near=bool(values[k] / largest >= _FAR))
 
 
 def coloured(lines: list[Line]) -> list[Line]:

@@ -14,7 +14,7 @@ from evolvent.results import display, happened, variables
 from evolvent.results.motion import quantity
 from evolvent.results.rotations import conjugate, product, rotation_vectors
 from evolvent.view import balance, show, table
-from evolvent.view.curves import distinct, largest_of, listed, stem_of
+from evolvent.view.curves import Peak, distinct, largest_of, listed, peak_over_time, stem_of
 from evolvent_base.figures import Figure, Line, Number, Panel
 from evolvent_base.units import unit_text
 
@@ -160,39 +160,40 @@ def _latches(run: xr.DataTree) -> _Panels:
         curves = {part: show.lines_of(run, f"{part}.{name}", label=part)[0] for part in parts}
         lines, marks = [], []
         for own, line in distinct(curves):
-            (at, value), whose = max(((peak_of(run, part, kind), part) for part in own), key=lambda one: abs(one[0][1]))
+            top, whose = max(((peak_of(run, part, kind), part) for part in own), key=lambda one: abs(one[0].value))
             unit = unit_text(str(run[parts[0]][peak].attrs["units"]))
-            lines.append(_labelled(line, at, abs(value), unit, whose))
-            marks.append(_mark(at, value, line.color))
+            at = float(curves[whose].x[top.k])
+            lines.append(_labelled(line, at, top, unit, whose))
+            marks.append(_mark(at, top.value, line.color))
         label = f"latch {kind}, {unit_text(str(run[parts[0]][name].attrs['units']))}"
         yield Panel(x_label="", y_label=label, lines=[*lines, *marks]), set()
 
 
-def _labelled(line: Line, at: float, value: float, unit: str, whose: str = "") -> Line:
-    """A curve whose label states its largest value, and when and in which part it has that."""
+def _labelled(line: Line, at: float, peak: Peak, unit: str, whose: str = "") -> Line:
+    """A curve whose label states its largest magnitude, and when and in which part it has that."""
     if not line.label:
         return line
     whose = f" ({whose})" if whose and line.fill else ""
-    return dataclasses.replace(line, label=f"{line.label}: {quantity(value, unit)} at {at:.4g} s{whose}")
+    when = f" {peak.when} {at:.4g} s" if peak.near else ""
+    return dataclasses.replace(line, label=f"{line.label}: {quantity(abs(peak.value), unit)}{when}{whose}")
 
 
 def _with_peaks(
-    curves: Mapping[str, Line], unit: str, over: Mapping[str, float] = types.MappingProxyType({})
+    curves: Mapping[str, Line], unit: str, over: Mapping[str, np.ndarray] = types.MappingProxyType({})
 ) -> list[Line]:
-    """Distinct curves, with a label and a mark at the largest value of each.
+    """Distinct curves, with a label of the largest value of each, and a mark if its time is known.
 
     Parameters
     ----------
-    over : largest magnitudes over all steps, by part, where they are known
+    over : (2,) float, least and largest values over all steps, by part, where they are known
     """
     lines, marks = [], []
-    sizes = {part: largest_of(np.asarray(line.y)) for part, line in curves.items()}
+    peaks = {part: peak_over_time(np.nan_to_num(line.y), over.get(part)) for part, line in curves.items()}
     for own, line in distinct(curves):
-        whose = max(own, key=lambda part: max(sizes[part], over.get(part, 0.0)))
-        curve, size = curves[whose], max(sizes[whose], over.get(whose, 0.0))
-        k = int(np.argmax(np.abs(np.nan_to_num(curve.y)) >= (1.0 - 1e-6) * sizes[whose]))
-        lines.append(_labelled(line, float(curve.x[k]), size, unit, whose))
-        marks.append(_mark(float(curve.x[k]), float(np.copysign(size, curve.y[k])), line.color))
+        whose = max(own, key=lambda part: abs(peaks[part].value))
+        at = float(curves[whose].x[peaks[whose].k])
+        lines.append(_labelled(line, at, peaks[whose], unit, whose))
+        marks += [_mark(at, peaks[whose].value, line.color)] if peaks[whose].near else []
     return [*lines, *marks]
 
 
@@ -201,14 +202,14 @@ def _peaks(run: xr.DataTree, found: Mapping[tuple[str, str], list[str]]) -> _Pan
     nothing = show.round_off(run)
     for (variable, called), parts in found.items():
         values = [variables.group_of(run, part)[variable] for part in parts]
-        sizes = [largest_of(one.values) for one in values]
+        sizes = [table.size_of(one) for one in values]
         least = [max(nothing.get(str(one.attrs["units"]), 0.0), _UNSEEN * max(sizes)) for one in values]
         parts = [part for part, size, none in zip(parts, sizes, least, strict=True) if size > none]
         if not parts:
             continue
         shown = {part: display.shown(variables.get(run, f"{part}.{variable}")) for part in parts}
         noted = ((part, variables.extremes_of(one)) for part, one in shown.items())
-        over = {part: largest_of(extremes) for part, extremes in noted if extremes is not None}
+        over = {part: extremes for part, extremes in noted if extremes is not None}
         unit = unit_text(str(shown[parts[0]].attrs["units"]))
         curves = {part: show.lines_of(run, f"{part}.{variable}", label=part)[0] for part in parts}
         label = f"{variable.replace('_', ' ')} of {called}, {unit}"
@@ -259,14 +260,14 @@ def _events(run: xr.DataTree) -> Panel | None:
     return Panel(x_label="", y_label="", lines=lines, y_names=names)
 
 
-def peak_of(run: xr.DataTree, part: str, kind: str) -> tuple[float, float]:
-    """Time (s) and value of the largest torque or force of a latch.
+def peak_of(run: xr.DataTree, part: str, kind: str) -> Peak:
+    """The largest torque or force of a latch, of all steps.
 
-    The value is that of all steps, which may lie between samples; the time is that of the largest sample.
+    A latch swings most as it has locked, so that its largest sample is always near.
     """
-    time, values = variables.root_dataset(run)["time"].values, variables.get(run, f"{part}.latch_{kind}").values
-    k = int(np.nanargmax(np.abs(values)))
-    return float(time[k]), float(np.copysign(abs(_last(run, part, f"latch_{kind}_peak")), values[k]))
+    found = variables.get(run, f"{part}.latch_{kind}")
+    peak = peak_over_time(np.nan_to_num(found.values), variables.extremes_of(found))
+    return peak._replace(value=float(np.copysign(_last(run, part, f"latch_{kind}_peak"), peak.value)), near=True)
 
 
 def _base(run: xr.DataTree) -> _Panels:

@@ -16,11 +16,10 @@ import numpy as np
 import xarray as xr
 
 from evolvent import results
-from evolvent.model.family import EXTREMES
 from evolvent.results import display, happened, limits, variables
 from evolvent.results.motion import prefixed_unit, quantity
 from evolvent.view import balance
-from evolvent.view.curves import NUMBERED, largest_of, listed
+from evolvent.view.curves import NUMBERED, Peak, first_peak, largest_of, listed, peak_over_time
 from evolvent.view.show import plots_of, round_off
 from evolvent_base.figures import Number, Quantity
 from evolvent_base.units import unit_text
@@ -29,8 +28,8 @@ from evolvent_base.units import unit_text
 _EVENTS, _ROWS, _ZEROS = 4, 20, 8
 #: Share of the largest value below which another is shown as 0.
 _ROUND_OFF = 1e-7
-#: Share of the largest number of a unit in a row within which rows are equal, and of a peak within which it is reached.
-_SAME, _PEAK = 1e-4, 1e-6
+#: Share of the largest number of a unit in a row within which rows are equal.
+_SAME = 1e-4
 #: Most different rows of repeated parts that are not joined to one with ranges.
 _DIFFERENT = 4
 
@@ -202,7 +201,7 @@ def variable_rows(run: xr.DataTree, without: Collection[str] = ()) -> tuple[list
         for name in plots_of(run, part):
             if name not in group.data_vars or f"{part}.{name}" in without:
                 continue
-            size = largest_of(group[name].values)
+            size = size_of(group[name])
             if size <= least.get(str(group[name].attrs.get("units", "")), 0.0):
                 nothing.append(Row(part=part, rest=f".{name}", text="0"))
             elif name in words and len(times) > 1:
@@ -241,26 +240,32 @@ def numbers(run: xr.DataTree, *, without: Collection[str] = ()) -> list[Number]:
     return found + results.closing_numbers(variables.root_dataset(run))
 
 
+def size_of(found: xr.DataArray) -> float:
+    """Largest magnitude of a variable, of its samples and of all steps."""
+    extremes = variables.extremes_of(found)
+    return max(largest_of(found.values), 0.0 if extremes is None else largest_of(extremes))
+
+
 def _shown(run: xr.DataTree, name: str) -> tuple[xr.DataArray, np.ndarray, str, float]:
     """A variable in the unit in which it is shown, its values over time in columns, that unit, and the largest one."""
     found = display.shown(variables.get(run, name))
-    columns = variables.values(found)
-    return found, columns, unit_text(str(found.attrs.get("units", ""))), largest_of(columns)
+    return found, variables.values(found), unit_text(str(found.attrs.get("units", ""))), size_of(found)
 
 
 def _pulls(run: xr.DataTree, part: str, name: str, times: np.ndarray, word: str) -> Row:
     """Mean and largest value of what acts one way, such as a tension, and for what share of the time it is zero."""
     found, columns, unit, size = _shown(run, f"{part}.{name}")
     values = np.nan_to_num(columns[:, 0])
-    k, largest, between = _largest(found, values)
+    peak = peak_over_time(values, variables.extremes_of(found))
     span = float(np.ptp(times))
     mean = float(np.trapezoid(values, times)) / span
     none = np.abs(values) <= 1e-6 * size
     share = float(np.sum(np.diff(times)[none[1:] & none[:-1]])) / span
     factor, prefixed = prefixed_unit(size, unit)
-    text = f"mean {mean / factor:.4g} {prefixed}, largest {largest / factor:.5g} {prefixed}{_at(times, k, between)}"
+    text = f"mean {mean / factor:.4g} {prefixed}, largest {peak.value / factor:.5g} {prefixed}{_at(times, peak)}"
     text += f", {word} in {100.0 * share:.3g} % of the time" if share > 0.0 else ""
-    numbers = [(mean, unit, "mean"), (largest, unit, "largest"), (times[k], "s", _when(between))]
+    numbers = [(mean, unit, "mean"), (peak.value, unit, "largest")]
+    numbers += [(times[peak.k], "s", _when(peak.between))] if peak.near else []
     numbers += [(100.0 * share, "%", f"share of the time in which it is {word}")]
     return Row(part=part, rest=f".{name}", text=text, numbers=tuple(Quantity(float(x), *rest) for x, *rest in numbers))
 
@@ -287,11 +292,12 @@ def _reached(run: xr.DataTree, part: str, name: str, times: np.ndarray) -> Row:
         text = f"{columns[-1, 0]:.5g}{unit}"
         if len(columns) == 1:
             return row(text, of(columns[-1, 0], ""))
-        k, value, between = _largest(found, columns[:, 0], factor)
+        extremes = variables.extremes_of(found)
+        peak = peak_over_time(columns[:, 0], None if extremes is None else extremes / factor)
         largest = "largest of the samples" if _is_missed(run, part, name) else "largest"
-        text += f" at the end, {largest} {value:.5g}{unit}{_at(times, k, between)}"
-        when = Quantity(float(times[k]), "s", _when(between or largest != "largest"))
-        return row(text, of(columns[-1, 0], "at the end"), of(value, largest), when)
+        text += f" at the end, {largest} {peak.value:.5g}{unit}{_at(times, peak)}"
+        when = Quantity(float(times[peak.k]), "s", _when(peak.between or largest != "largest"))
+        return row(text, of(columns[-1, 0], "at the end"), of(peak.value, largest), *([when] if peak.near else []))
     if columns.shape[1] > 4:
         low, high = finite.min(), finite.max()
         return row(f"from {low:.5g} to {high:.5g}{unit}", of(low, "least"), of(high, "largest"))
@@ -302,8 +308,8 @@ def _reached(run: xr.DataTree, part: str, name: str, times: np.ndarray) -> Row:
     if len(columns) == 1:
         return row(f"({end}){unit}", *(of(v, letter) for v, letter in zip(columns[-1], letters, strict=True)))
     sizes = np.linalg.norm(columns, axis=1)
-    k = _peak(sizes)
-    largest = f"largest magnitude {sizes[k]:.5g}{unit}{_at(times, k)}"
+    k = first_peak(sizes)
+    largest = f"largest magnitude {sizes[k]:.5g}{unit}{_at(times, Peak(k, sizes[k], between=False, near=True))}"
     both = of(sizes[k], "largest magnitude"), Quantity(float(times[k]), "s", "time of the largest magnitude")
     return row(
         f"{at_end} at the end, {largest}",
@@ -313,27 +319,14 @@ def _reached(run: xr.DataTree, part: str, name: str, times: np.ndarray) -> Row:
     )  # fmt: skip
 
 
-def _largest(found: xr.DataArray, values: np.ndarray, factor: float = 1.0) -> tuple[int, float, bool]:
-    """Sample of largest magnitude of a variable, largest value over all steps, and whether it exceeds the samples.
-
-    Parameters
-    ----------
-    values : (nt,) float, values of the variable divided by `factor`
-    """
-    k, extremes = _peak(np.abs(values)), variables.extremes_of(found)
-    known = np.append(values[k], [] if extremes is None else extremes[np.isfinite(extremes)] / factor)
-    largest = float(known[np.argmax(np.abs(known))])
-    between = abs(largest) > (1.0 + _PEAK) * abs(values[k])
-    return k, float(largest if between else values[k]), bool(between)
-
-
 def _is_missed(run: xr.DataTree, part: str, name: str) -> bool:
     """Whether a variable has no known extremes, while samples of other variables of the part miss theirs."""
     group = variables.group_of(run, part)
     if variables.extremes_of(group[name]) is not None:
         return False
-    known = (one for one in group.data_vars.values() if one.dims == ("time",) and EXTREMES in one.attrs)
-    return any(not np.all(np.isnan(one.values)) and _largest(one, np.nan_to_num(one.values))[2] for one in known)
+    noted = ((one, variables.extremes_of(one)) for one in group.data_vars.values() if one.dims == ("time",))
+    known = ((one.values, over) for one, over in noted if over is not None and np.any(np.isfinite(one.values)))
+    return any(peak_over_time(np.nan_to_num(own), over).between for own, over in known)
 
 
 def _when(between: bool) -> str:
@@ -341,13 +334,7 @@ def _when(between: bool) -> str:
     return "time of the largest of the samples" if between else "time of the largest"
 
 
-def _peak(sizes: np.ndarray) -> int:
-    """Sample at which the largest of magnitudes (nt,) is first reached, but for round-off."""
-    return int(np.argmax(sizes >= (1.0 - _PEAK) * np.nanmax(sizes)))
-
-
-def _at(times: np.ndarray, k: int, between: bool = False) -> str:
+def _at(times: np.ndarray, peak: Peak) -> str:
     """Time of a largest value, or of the nearest sample; '' at the start and the end, which the table shows."""
-    if between:
-        return f" near {times[k]:.4g} s"
-    return f" at {times[k]:.4g} s" if 0 < k < len(times) - 1 else ""
+    shown = peak.near and (peak.between or 0 < peak.k < len(times) - 1)
+    return f" {peak.when} {times[peak.k]:.4g} s" if shown else ""

@@ -106,8 +106,11 @@ def _observe_latch(view: View, index: int, found: Observed) -> None:
     add_fields(view, found, "coordinates", index, row, "latch_torque")
     if view.wants(peak := worded(row, "latch_torque_peak"), "latch_rate"):
         caught = math.isfinite(latch_time(view, index))
-        over = view.fields["coordinates"].extremes_of("latch_torque", index)
-        largest = float(np.abs(over).max()) if caught and over is not None else math.nan
+        fields = view.fields["coordinates"]
+        over, start = fields.extremes_of("latch_torque", index), fields["latch_torque"][:1, index]
+        largest = math.nan
+        if caught and over is not None:
+            largest = float(np.abs([*over, *start]).max())  # of energy-momentum the former are means over steps
         text = worded(row, "largest absolute torque in the latch over all steps")
         found.scalar(peak, np.full(view.t.size, largest), worded(row, "N m"), text)
         rate = np.full(view.t.size, float(row["caught"]) if caught else math.nan)

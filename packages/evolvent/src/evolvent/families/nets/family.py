@@ -6,7 +6,7 @@ from typing import Any
 
 from evolvent.kernels import markers
 from evolvent.model.family import Family, Kind, record
-from evolvent.model.questions import AdjointSupport, Parts, State, Statics, never
+from evolvent.model.questions import AdjointSupport, Parts, Samples, State, Statics, never
 from evolvent.model.shares import Shares
 from evolvent_base.errors import InputError
 
@@ -50,6 +50,7 @@ NETS = Family(
         "its nodes are points, and its cords springs", timed=False, rates=False, mirrored=True, smooth=True
     ),
     parts=Parts(reads_inertia=False, place=_place, contains=_parts),
+    samples=Samples(local=True),
     state=State(extents=lambda found: found["aperture"]),
     statics=Statics(uneven=never),
 )

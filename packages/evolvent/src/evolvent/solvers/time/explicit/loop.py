@@ -141,6 +141,15 @@ def end_rubbing(model, work):
 
 
 @inlined
+def note_before_jump(target, until, model, work):
+    """Take what acts just before a break or an event at the end of a step, where it may jump, into the extremes."""
+    if model.samples_note_extremes_calls.size > 0:
+        rhs(min(target, np.nextafter(until, -math.inf)), work.y, work.s, model, work.w)
+        work.loop.rhs_evaluations += 1
+        note_extremes(work.s, model)
+
+
+@inlined
 def end_events(at_event, target, model, work):
     """Carry out the events at the end of a step, or note their values; returns what `fire` returns."""
     if at_event:
@@ -372,6 +381,8 @@ def advance(A, b, c, E, P, Q, rtol, atol, model, work, budget):
         stale = end_step(target, corrected, model, work) or part != NO_EVENT or not adapts
         if target >= loop.origin + (loop.grid + 1) * loop.step:
             loop.grid += 1
+        if part != NO_EVENT or target >= until:
+            note_before_jump(target, until, model, work)
         stop = end_events(part != NO_EVENT, target, model, work)
         if stop < 0:
             return stop

@@ -221,18 +221,21 @@ class ImplicitCopies(Copies):
         apart = which[:0] if self.ranks_apart else which[np.any(held, axis=1)]
         self._codes[which] = -1 if self.ranks_apart else 0
         if apart.size:
-            room = self._rank_room()
+            room = self._rank_room(int(apart[0]))
             count_open(apart, after, *self._structs.values(), *room, self._codes)
         for k in which[self._codes[which] != 0].tolist():
             self._guarded(k, self._find_rank)
         self._ranked[which], self._ranked_latches[which] = held, self.loop["latches"][which]
 
-    def _rank_room(self) -> tuple[Any, ...]:
-        """What `count_open` takes of this thread: what moves to a model that is evaluated, the model, and scratch."""
+    def _rank_room(self, placed: int) -> tuple[Any, ...]:
+        """What `count_open` takes of this thread: what moves to a model that is evaluated, the model, and scratch.
+
+        By the place of a copy that goes on: others may never have been placed.
+        """
         if not hasattr(self._room, "found"):
             model, n_v = self.run.model.copy(), int(self.run.model.info.nv)
             needs.note_alike(self.run.model, model)
-            first = self.memory.views(self.blocks[0])["model"]
+            first = self.memory.views(self.blocks[placed])["model"]
             moves = np.array(model.moves(first), dtype=np.int64).reshape(-1, 3)
             assert not np.any(moves[:, 2] % 8)
             moves[:, 2] //= 8

@@ -83,6 +83,7 @@ def begin(model, matrix, work):
     watches.start_events(loop.time, work.y, model)
     if work.options.midpoint == 0:  # else those at the start are those of the first step
         fill_forces(model, work)
+        note_extremes(model.switches, model)
     start_next(work)
     keep_sample(0, 1.0, loop.time, 0.0, model, work)
     loop.sample = 1

@@ -48,8 +48,8 @@ def count_open(which, after, models, matrices, works, moves, origin, apart, la, 
     Parameters
     ----------
     after : (n,) float, s, times just after those reached
-    moves : (m, 3) int, address in `apart`, address in the first copy, and words of what a model that may be evaluated
-        takes over; origin : address of the first copy's model
+    moves : (m, 3) int, address in `apart`, address in a placed copy, and words of what a model that may be evaluated
+        takes over; origin : address of that copy's model
     apart : that model
     la, dv, r : (nj,), (nv,) and (nv + nj,) float, zeros and scratch
     """
