@@ -97,12 +97,12 @@ def test_a_run_from_python_says_how_long_it_takes(monkeypatch, capsys):
     system = evolvent.System()
     system.add(parts.Point(position=(1.0, 0.0, 0.0), mass=1.0), "mass")
     system.add(parts.Spring(a=("ground", (0.0, 0.0, 0.0)), b="mass", stiffness=1.0, length=0.5), "spring")
-    asked = {"until": 20.0, "method": "rk4", "step": 0.01, "fine": False}
+    asked = {"until": 50.0, "method": "rk4", "step": 0.01, "fine": False}
     system.simulate(**asked)
     assert capsys.readouterr().err == ""
     monkeypatch.setattr(progress, "FIRST", 0.0)
     system.simulate(**asked)
-    assert re.match(r"evolvent: running: [\d.]+ of 20 s after [\d.]+ s, about [\d.]+ s left\n", capsys.readouterr().err)
+    assert re.match(r"evolvent: running: [\d.]+ of 50 s after [\d.]+ s, about [\d.]+ s left\n", capsys.readouterr().err)
     stages = []
     with progress.shown_by(stages.append):
         system.simulate(**asked)
