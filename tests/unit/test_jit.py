@@ -549,7 +549,7 @@ def test_a_law_may_count_from_the_end():
 
 @compiled_only
 def test_threads_may_load_the_same_functions_at_once():
-    """Loading from several threads, as in a server, must not fail with 'compilation disabled'."""
+    """Loading from several threads, as in a server or a batch, must not fail with 'compilation disabled'."""
     system = System()
     system.add(parts.Point(mass=1.0, position=(2.0, 0.0, 0.0)))
     models = [system.assemble().model for _ in range(8)]
@@ -557,3 +557,9 @@ def test_threads_may_load_the_same_functions_at_once():
     with ThreadPoolExecutor(len(models)) as pool:
         list(pool.map(lambda model: needs.load(model, rhs), models))
     assert rhs.is_loaded
+    for _ in range(10):  # one function, which is read from the cache folder again
+        needs.unload()
+        del rhs.__dict__["dispatcher"]
+        with ThreadPoolExecutor(len(models)) as pool:
+            list(pool.map(lambda _: jit.load([rhs]), models))
+        assert rhs.is_loaded

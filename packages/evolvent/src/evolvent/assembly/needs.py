@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import functools
 import sys
-import threading
 import weakref
 from collections.abc import Iterator
 from types import ModuleType
@@ -117,8 +116,6 @@ class _Loaded:
     roots: set[Any] = dataclasses.field(default_factory=set)
 
 
-#: Lock for loading functions: a second thread that loads the same function meanwhile fails with "compilation disabled".
-_LOADING = threading.Lock()
 #: Models that are alike share theirs.
 _LOADED: weakref.WeakKeyDictionary[Model, _Loaded] = weakref.WeakKeyDictionary()
 
@@ -136,8 +133,7 @@ def load(model: Model, *roots: Any, without: frozenset[str] = frozenset()) -> No
     if own.count != len(jit.functions()):
         own.count, own.lacks = len(jit.functions()), absent(model)
     if (roots, without) not in own.roots:
-        with _LOADING:
-            jit.load(needed(model, roots, own.lacks | without))
+        jit.load(needed(model, roots, own.lacks | without))
         own.roots.add((roots, without))
 
 

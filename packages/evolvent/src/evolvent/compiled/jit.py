@@ -395,7 +395,10 @@ def load(functions: Iterable[Any]) -> None:
     if config.DISABLE_JIT:
         return
     wanted = [function for function in dict.fromkeys(functions) if not function.is_loaded]
-    missing = [function for function in wanted if not compilers.is_kept(function.dispatcher, function.signature)]
+    if not wanted:
+        return
+    with compilers.compiling:  # so that threads see the same dispatchers
+        missing = [function for function in wanted if not compilers.is_kept(function.dispatcher, function.signature)]
     if missing:
         _compile(missing)
     for function in wanted:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import threading
 from collections.abc import Callable
 from types import FunctionType
 from typing import Any
 
 from numba import njit
 
-#: In which functions are compiled and loaded: nothing is set for that.
-compiling: Any = contextlib.nullcontext()
+#: In which functions are compiled and loaded, one thread at a time.
+compiling: Any = threading.RLock()
 
 
 def without_counts(function: Callable, **options: Any) -> Any:

@@ -16,6 +16,7 @@ import hashlib
 import pathlib
 import pickle
 import re
+import threading
 from types import FunctionType
 from typing import Any
 
@@ -267,7 +268,7 @@ def _fix_slice(builder: Any, bounds: Any, size: Any) -> None:
 
 
 class _Compiling:
-    """A context in which numba compiles and loads for this package.
+    """A context in which numba compiles and loads for this package, one thread at a time.
 
     Notes
     -----
@@ -279,7 +280,7 @@ class _Compiling:
     """
 
     def __init__(self) -> None:
-        self._depth = 0
+        self._depth, self._lock = 0, threading.RLock()
         self._codegen: Any = None
         self._outer: tuple[Any, ...] = ()
         self._indices: list[tuple[Any, str, Any]] = []
@@ -302,6 +303,7 @@ class _Compiling:
         self._fast = values, hash_of
 
     def __enter__(self) -> None:
+        self._lock.acquire()
         self._depth += 1
         if self._depth > 1:
             return
@@ -320,6 +322,7 @@ class _Compiling:
             for module, name, function in self._indices:
                 setattr(module, name, function)
             self._indices.clear()
+        self._lock.release()
 
     def take_indices(self) -> None:
         """Have indices taken as they are in what is compiled in this context; loading alone need not set numba up."""
