@@ -17,6 +17,12 @@ def prepare(t, y, s, model):
         lock_at(model, calls[k])(t, y, s, model)
     rigid.factorise(bodies)
     clear_wrenches_and_twists(model)
+    _prepare_rows(t, y, s, model)
+
+
+@inlined
+def _prepare_rows(t, y, s, model):
+    """Build the constraint rows, without right-hand sides, and set the forces on points to zero."""
     points.clear_forces(model.points)
     if model.rows.size > 0:
         constraint_rows.build_rows(t, y, s, model)
@@ -53,10 +59,7 @@ def prepare_constrained_bodies(t, y, s, model):
             rigid.body_kinematics(t, y, b, model)
             rigid.factorise_body(bodies, b)
             _clear(bodies, b)
-    points.clear_forces(model.points)
-    constraint_rows.build_rows(t, y, s, model)
-    for r in range(model.rows.size):
-        model.rows[r].rx = 0.0
+    _prepare_rows(t, y, s, model)
 
 
 @indirect(void(VECTOR, INTEGERS, MODEL))
