@@ -71,8 +71,10 @@ def explicit_force(interval, model):
 
 @calls.note_extremes
 def note_extremes(s, model):
-    """Extremes of the tensions of all threads at their spools."""
+    """Extremes of the tensions of threads at their spools; on a moving mesh implicit steps do not evaluate them."""
     for p in range(model.threads.size):
+        if model.threads[p].kind == thread.MOVING:
+            continue
         extremes.note_extremes(model.threads[p].extremes, 0, held_tension(s, model, p))
 
 
